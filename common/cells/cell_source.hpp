@@ -1,0 +1,37 @@
+// Where root cells come from: a JSON file, or a grid over the walkable volume of the scene.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/base/result.hpp"
+#include "common/cells/cell.hpp"
+#include "common/scene/scene.hpp"
+
+namespace pvsfarm {
+
+inline constexpr std::uint64_t kMaxRootCells = 16'000'000;
+
+struct RootCell {
+  std::int64_t id = 0;  // as the cells file gives it; 0, 1, 2 ... for a grid
+  Cell cell;
+};
+
+// {"units":"m","up":"z","cells":[{"id":7,"aabb":[[x,y,z],[x,y,z]]} |
+//                                {"id":8,"center":[..],"axes":[[..],[..],[..]],"half":[..]}]}
+// In file order, turned to z up as the file's "up" says.
+// Errors: kIo, kInvalidInput (zero-size cell [in all three axes], lo > hi, duplicate id, NaN, axes
+// not orthonormal, none or too many), naming file and cell and how to mend it.
+Result<std::vector<RootCell>> read_cells(const std::string& path);
+
+// "grid:SIZE[:HEIGHT]": boxes of SIZE x SIZE over the places where a person can stand (found with
+// Recast), each from eye_low to eye_low + HEIGHT above the floor.
+struct GridRequest {
+  double size = 5;
+  double height = 0.4;
+};
+Result<GridRequest> parse_grid(const std::string& text);
+Result<std::vector<RootCell>> grid_cells(const Scene& scene, const GridRequest& request);
+
+}  // namespace pvsfarm

@@ -1,0 +1,27 @@
+// What a worker says of one cell: a monotone fact, so merging needs no order (architecture 1).
+#pragma once
+
+#include <cstdint>
+
+#include "common/base/ids.hpp"
+#include "common/pvs/visible_set.hpp"
+
+namespace pvsfarm {
+
+// What the evaluation of a cell did and cost. Never part of the result's identity.
+struct CellStatistics {
+  double cpu_ms = 0;
+  std::uint32_t planes = 0;                // occlusion maps drawn
+  std::uint32_t occluder_candidates = 0;   // legal for the cell, owned by the parent's PVS
+  std::uint32_t projections = 0;           // pieces handed to the rasteriser
+  std::uint32_t occluders_skipped = 0;     // already hidden behind others
+  std::uint32_t box_tests = 0;             // occludee boxes against one plane
+};
+
+struct CellDelta {
+  CellKey key;
+  VisibleSet hidden;  // objects of the parent's PVS proved hidden from the cell
+  CellStatistics statistics;
+};
+
+}  // namespace pvsfarm

@@ -1,0 +1,47 @@
+// Writes a .pvs store (docs/store_format.md), node by node in canonical order, atomically: the
+// file appears complete, or not at all. No time stamps, no host names: equal input, equal bytes.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/base/digest.hpp"
+#include "common/base/ids.hpp"
+#include "common/base/result.hpp"
+#include "common/cells/cell.hpp"
+#include "common/pvs/visible_set.hpp"
+#include "common/scene/scene.hpp"
+
+namespace pvsfarm {
+
+struct StoreHeader {
+  UpAxis up = UpAxis::kZ;      // of the scene file: exports use its coordinates
+  Digest scene_digest;
+  Digest bake_digest;          // scene, cells, settings and kernel: equal means equal bytes
+  std::string settings_json;   // for people: `inspect` prints it
+};
+
+// One cell of the hierarchy. Nodes come in CellKey order: a parent before its children.
+struct StoreNode {
+  CellKey key;
+  std::int64_t root_id = 0;  // the id given in the cells file
+  bool leaf = true;
+  bool quarantined = false;  // never evaluated: keeps its parent's PVS, the bake is incomplete
+  Cell cell;
+  VisibleSet visible;
+  VisibleSet seen;           // certified seen; none(n) where no witnesses were sought
+};
+
+class StoreWriter {
+ public:
+  // Writes beside `path` under a temporary name. Errors: kIo, naming the path.
+  static Result<std::unique_ptr<StoreWriter>> create(const std::string& path,
+                                                     const StoreHeader& header, const Scene& scene);
+  virtual ~StoreWriter() = default;  // without finish(): removes the temporary file
+  virtual Status add(const StoreNode& node) = 0;
+  virtual Status finish() = 0;  // checksums, fsync, rename, fsync of the folder
+};
+
+}  // namespace pvsfarm

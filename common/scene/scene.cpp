@@ -1,0 +1,1 @@
+#include "common/scene/scene.hpp"

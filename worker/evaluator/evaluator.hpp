@@ -1,0 +1,40 @@
+// The heart of a worker: a pure function from (scene, settings, cell, parent's PVS) to a delta.
+// It holds no socket, file, clock, thread or random source; equal input gives equal output on every
+// x86-64 machine.
+//
+// Source: Durand 2000, with the corrections of docs/algorithm.md.
+#pragma once
+
+#include <memory>
+
+#include "common/cells/cell.hpp"
+#include "common/pvs/delta.hpp"
+#include "common/pvs/settings.hpp"
+#include "common/pvs/visible_set.hpp"
+#include "common/scene/scene.hpp"
+
+namespace pvsfarm {
+
+// Bumped with every change that can alter any result; part of the kernel id.
+inline constexpr int kAlgorithmVersion = 1;
+
+// Threads: one object, one thread. OSMesa: one object a process (contexts do not scale).
+class Evaluator {
+ public:
+  Evaluator(std::shared_ptr<const Scene> scene, const EvaluatorSettings& settings);
+  ~Evaluator();
+
+  // The objects of `parent` that no point of `cell` can see. Objects that are no occludees are not
+  // in `parent`. `statistics.cpu_ms` is left 0: the caller has the clock.
+  // `key` is copied into the answer and seeds whatever is sampled.
+  CellDelta evaluate(const CellKey& key, const Cell& cell, const VisibleSet& parent);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// The PVS of the whole scene: every occludee.
+VisibleSet all_occludees(const Scene& scene);
+
+}  // namespace pvsfarm
