@@ -1,0 +1,42 @@
+// The commands of `pvsfarm`: one file each, added to the parser by one function.
+//
+// A command's function declares its subcommand, options and examples, and has the parser's callback
+// store what to do in `CommandContext::run`. Nothing runs before the whole command line is read.
+//
+//   void add_inspect_command(CLI::App& app, CommandContext& context) {
+//     auto options = std::make_shared<InspectOptions>();
+//     CLI::App* command = app.add_subcommand("inspect", "What a store holds");
+//     command->add_option("store", options->path, "the .pvs file")->required();
+//     command->footer("Examples:\n  pvsfarm inspect city.pvs");
+//     command->callback([&context, options] { context.run = [options] { return inspect(*options);
+//     }; });
+//   }
+//
+// Every long option also has an environment variable, PVSFARM_ and its name in capitals
+// (--min-cell: PVSFARM_MIN_CELL), and a key in the file of --config, under [the command].
+// Flag > environment > file > default.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "common/base/result.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace pvsfarm {
+
+struct CommandContext {
+  int verbosity = 0;    // -q: -1; -v: 1; -vv: 2
+  bool color = false;   // stderr is a terminal and NO_COLOR is unset
+  std::string program;  // argv[0]: pvsfarm-worker stands beside it
+  // What the chosen command does. Data goes to stdout, everything else to stderr. An Error ends the
+  // program with its kind as the exit code and its text as the one line `pvsfarm: text`.
+  std::function<Status()> run;
+};
+
+void add_inspect_command(CLI::App& app, CommandContext& context);
+
+}  // namespace pvsfarm
