@@ -26,7 +26,9 @@ int Cell::longest_axis() const {
   return longest;
 }
 
-static double middle(const Cell& cell, int axis) { return cell.lo[axis] * 0.5 + cell.hi[axis] * 0.5; }
+static double middle(const Cell& cell, int axis) {
+  return cell.lo[axis] * 0.5 + cell.hi[axis] * 0.5;
+}
 
 bool can_split(const Cell& cell, int axis) {
   const double mid = middle(cell, axis);

@@ -7,7 +7,8 @@
 namespace pvsfarm {
 
 TEST(Digest, of_nothing_is_the_published_value) {
-  EXPECT_EQ(digest_of({}).hex(), "0e5751c026e543b2e8ab2eb06099daa1d1e5df47778f7787faab45cdf12fe3a8");
+  EXPECT_EQ(digest_of({}).hex(),
+            "0e5751c026e543b2e8ab2eb06099daa1d1e5df47778f7787faab45cdf12fe3a8");
 }
 
 TEST(CellKey, parents_come_before_children_and_low_before_high) {

@@ -19,8 +19,10 @@ TEST(Cell, halves_share_the_split_coordinate_bit_for_bit) {
 }
 
 TEST(Cell, bounds_of_a_turned_cell_hold_its_corners) {
-  Cell cell{.origin = {1e6, -3, 2}, .axes = {Vec3{0.6, 0.8, 0}, Vec3{-0.8, 0.6, 0}, Vec3{0, 0, 1}},
-            .lo = {-2, -1, -0.5}, .hi = {2, 1, 0.5}};
+  Cell cell{.origin = {1e6, -3, 2},
+            .axes = {Vec3{0.6, 0.8, 0}, Vec3{-0.8, 0.6, 0}, Vec3{0, 0, 1}},
+            .lo = {-2, -1, -0.5},
+            .hi = {2, 1, 0.5}};
   for (int k = 0; k < 8; ++k) EXPECT_TRUE(cell.bounds().contains(cell.corner(k)));
 }
 

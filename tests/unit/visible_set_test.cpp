@@ -9,7 +9,8 @@ TEST(VisibleSet, encoding_gives_back_every_set) {
   EXPECT_TRUE(rc::check("decode(encode(s)) == s", [](const std::vector<std::uint16_t>& gone) {
     const auto universe = *rc::gen::inRange<std::uint32_t>(1, 700);
     VisibleSet set = VisibleSet::all(universe);
-    for (const auto i : gone) set.remove_range(i % universe, std::min(universe - i % universe, i % 70u));
+    for (const auto i : gone)
+      set.remove_range(i % universe, std::min(universe - i % universe, i % 70u));
     const auto back = decode_visible_set(encode(set), 1000);
     RC_ASSERT(back.ok());
     RC_ASSERT(*back == set);
