@@ -1,0 +1,59 @@
+// Tries to falsify "these objects are hidden from this cell": casts segments from the cell to
+// the boxes of the objects declared hidden, most of them to where mistakes live: box corners and
+// surface points seen from the cell's corners, edges and faces, and lines that pass just beside an
+// edge of whatever blocked the last attempt.
+//
+// A point anywhere in an object's box counts, for a hidden verdict is given to boxes. Only segments
+// that the ray oracle clears by its margin count (theory F).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/base/random.hpp"
+#include "common/cells/cell.hpp"
+#include "common/scene/scene_source.hpp"
+#include "tests/support/ray_oracle.hpp"
+
+namespace pvsfarm {
+
+struct Violation {
+  std::uint32_t object = 0;  // position in the SceneSource
+  Segment witness;
+};
+std::string to_string(const Violation& violation);
+
+struct AimedReport {
+  std::uint64_t rays = 0;
+  std::vector<Violation> violations;  // the first of each object, at most kMaxViolations
+};
+
+class AimedRays {
+ public:
+  static constexpr std::size_t kMaxViolations = 16;
+
+  // Keeps references to both.
+  AimedRays(const SceneSource& source, const RayOracle& oracle);
+
+  // Casts at least `rays` rays from `cell` at the `hidden` objects, evenly. No objects: no rays.
+  AimedReport search(const Cell& cell, std::span<const std::uint32_t> hidden, std::uint64_t rays,
+                     Random& random) const;
+
+ private:
+  struct Aim;
+  bool escape(const Aim& aim, const RayOracle::Hit& blocker, Random& random,
+              Segment& segment) const;
+
+  const SceneSource& source_;
+  const RayOracle& oracle_;
+  std::vector<Box> boxes_;
+};
+
+// A point of the cell: a corner, or on an edge, on a face, or inside.
+Vec3 sample_cell(const Cell& cell, Random& random);
+// A point of an object's surface; a vertex every few draws.
+Vec3 sample_surface(const SourceObject& object, Random& random);
+
+}  // namespace pvsfarm
