@@ -9,14 +9,12 @@
 
 #include "common/cells/cell.hpp"
 #include "common/pvs/delta.hpp"
+#include "common/pvs/kernel.hpp"
 #include "common/pvs/settings.hpp"
 #include "common/pvs/visible_set.hpp"
 #include "common/scene/scene.hpp"
 
 namespace pvsfarm {
-
-// Bumped with every change that can alter any result; part of the kernel id.
-inline constexpr int kAlgorithmVersion = 1;
 
 // Threads: one object, one thread. OSMesa: one object a process (contexts do not scale).
 class Evaluator {

@@ -1,0 +1,189 @@
+// The messages of the farm as plain data (proto/farm.proto is their form on the wire), and the caps
+// on everything in them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/base/digest.hpp"
+#include "common/base/ids.hpp"
+#include "common/cells/cell.hpp"
+#include "common/pvs/delta.hpp"
+#include "common/pvs/kernel.hpp"
+#include "common/pvs/settings.hpp"
+
+namespace pvsfarm {
+
+inline constexpr std::uint32_t kProtocolMajor = 1;
+inline constexpr std::uint32_t kProtocolMinorLowest = 0;
+inline constexpr std::uint32_t kProtocolMinorHighest = 0;
+
+inline constexpr std::size_t kMaxHeaderBytes = 4 * 1024;
+inline constexpr std::size_t kMaxBodyBytes = 1024 * 1024;
+inline constexpr std::size_t kChunkBytes = 256 * 1024;  // of a blob or a result
+inline constexpr std::size_t kMaxTaskCells = 256;
+inline constexpr std::size_t kMaxInlineParentBytes = 512 * 1024;  // of a task; the rest by digest
+inline constexpr std::size_t kMaxResultBytes = 256 * 1024 * 1024;
+inline constexpr std::size_t kMaxTextBytes = 2048;
+inline constexpr std::size_t kMaxSlots = 256;
+inline constexpr std::size_t kMaxRunning = 1024;  // leases in one heartbeat
+inline constexpr std::size_t kMaxReportedWorkers = 4096;
+
+using WorkerUuid = std::array<std::uint8_t, 16>;
+using Bytes = std::vector<std::byte>;
+// Given by the coordinator, never used twice in one epoch.
+enum class LeaseId : std::uint64_t {};
+
+struct Hello {
+  std::uint32_t major = kProtocolMajor;
+  std::uint32_t minor_lowest = kProtocolMinorLowest, minor_highest = kProtocolMinorHighest;
+  std::string build;  // for people; never compared
+  Kernel kernel;
+  std::uint32_t slots = 1;  // [limit] 1 .. kMaxSlots
+  WorkerUuid worker{};
+  std::string host;
+  std::uint32_t pid = 0;
+};
+
+struct Welcome {
+  std::uint32_t minor = 0;
+  EvaluatorSettings settings;
+  Digest scene;
+  std::uint64_t scene_bytes = 0;
+  std::string scene_path;  // may be ""; only a hint: the digest decides
+  Digest kernel_id;
+  std::uint32_t heartbeat_ms = 2000;
+};
+
+enum class RejectCode { kProtocol = 1, kKernel, kUnknownSession, kBadMessage, kBadResult, kFull };
+struct Reject {
+  RejectCode code = RejectCode::kProtocol;
+  std::string text;
+};
+
+// The set of objects a cell's evaluation starts from: exactly one of the three.
+struct ParentSet {
+  bool all = false;             // every occludee of the scene
+  Bytes set;                    // canonical bytes
+  Digest digest;                // of canonical bytes that BLOB_GET delivers
+  std::uint64_t set_bytes = 0;  // with digest
+};
+struct TaskCell {
+  CellKey key;
+  Cell cell;
+  std::uint32_t parent = 0;  // into Task::parents
+};
+struct Task {
+  LeaseId lease{};
+  std::uint32_t attempt = 0;
+  std::vector<ParentSet> parents;
+  std::vector<TaskCell> cells;  // [limit] 1 .. kMaxTaskCells
+};
+
+struct Heartbeat {
+  struct Running {
+    LeaseId lease{};
+    std::uint64_t progress = 0;
+  };
+  std::vector<Running> running;
+  std::uint64_t resident_bytes = 0;
+};
+struct HeartbeatAck {
+  std::vector<LeaseId> renewed, cancelled;
+};
+
+struct DeltaHead {
+  CellKey key;
+  std::uint64_t hidden_bytes = 0;
+  CellStatistics statistics;
+};
+struct ResultBegin {
+  LeaseId lease{};
+  std::uint64_t bytes = 0;  // the sum of hidden_bytes
+  std::vector<DeltaHead> deltas;
+};
+struct ResultChunk {
+  LeaseId lease{};
+  std::uint64_t offset = 0;
+  Bytes data;
+};
+struct ResultEnd {
+  LeaseId lease{};
+  Digest digest;
+};
+enum class ResultOutcome { kMerged = 1, kDuplicate, kStale, kResend, kMismatch };
+struct ResultAck {
+  LeaseId lease{};
+  ResultOutcome outcome = ResultOutcome::kMerged;
+};
+
+enum class FailureKind { kTransient = 1, kDeterministic, kResource };
+struct TaskFailed {
+  LeaseId lease{};
+  FailureKind kind = FailureKind::kTransient;
+  std::string text;
+};
+
+struct BlobGet {
+  Digest digest;
+  std::uint64_t offset = 0;
+};
+struct BlobChunk {
+  Digest digest;
+  std::uint64_t offset = 0;
+  std::uint64_t total_bytes = 0;  // 0: the coordinator has no such blob
+  Bytes data;
+};
+
+struct Cancel {
+  std::vector<LeaseId> leases;
+};
+struct Drain {};
+struct Draining {};
+struct Bye {};
+struct Shutdown {};
+
+struct StatusGet {};
+struct StatusReport {
+  struct Worker {
+    std::string host;
+    std::uint32_t pid = 0;
+    std::uint64_t cells_done = 0;
+    std::uint32_t leases = 0;
+    std::uint64_t silent_ms = 0;
+    std::uint64_t resident_bytes = 0;
+  };
+  std::string output;
+  std::string state;  // "running", "draining", "writing"
+  std::uint64_t cells_done = 0, cells_open = 0;
+  double cells_expected = 0;  // done + open + what splitting is expected to add
+  double cells_per_second = 0;
+  double eta_s = -1;  // negative: not known yet
+  std::uint64_t result_bytes = 0;
+  std::uint64_t elapsed_ms = 0;
+  std::string last_error;
+  std::vector<Worker> workers;
+};
+enum class ControlKind { kDrain = 1, kCancel };
+struct Control {
+  ControlKind kind = ControlKind::kDrain;
+};
+struct ControlAck {};
+
+using Message =
+    std::variant<Hello, Welcome, Reject, Task, Heartbeat, HeartbeatAck, ResultBegin, ResultChunk,
+                 ResultEnd, ResultAck, TaskFailed, BlobGet, BlobChunk, Cancel, Drain, Draining, Bye,
+                 Shutdown, StatusGet, StatusReport, Control, ControlAck>;
+
+// What a header says beside the type and the checksum.
+struct Envelope {
+  std::uint32_t minor = 0;
+  std::uint64_t session = 0;  // given with WELCOME; 0 before
+  std::uint64_t epoch = 0;    // drawn by a coordinator at its start
+  std::uint64_t sequence = 0;
+};
+
+}  // namespace pvsfarm

@@ -1,0 +1,157 @@
+// The codec: every message survives the trip, and nothing else gets through.
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <string>
+
+#include "common/base/random.hpp"
+#include "common/wire/codec.hpp"
+#include "common/wire/crc32c.hpp"
+
+namespace pvsfarm {
+namespace {
+
+Bytes some_bytes(std::size_t count) {
+  Bytes bytes(count);
+  for (std::size_t i = 0; i < count; ++i) bytes[i] = static_cast<std::byte>(i * 7 + 1);
+  return bytes;
+}
+
+Task some_task() {
+  Task task{.lease = LeaseId{77}, .attempt = 2};
+  task.parents.push_back({.all = true});
+  task.parents.push_back({.set = some_bytes(100)});
+  task.parents.push_back({.digest = digest_of(some_bytes(9)), .set_bytes = 900'000});
+  task.cells.push_back({CellKey{3, 9}, Cell::aligned({{0.1, 2, 3}, {4, 5, 6.7}}), 1});
+  Cell turned{.origin = {1, 2, 3}, .axes = {Vec3{0.6, 0.8, 0}, {-0.8, 0.6, 0}, {0, 0, 1}}};
+  task.cells.push_back({CellKey{4, 1}, turned, 0});
+  task.cells.push_back({CellKey{4, 2}, turned, 2});
+  return task;
+}
+
+std::vector<Message> one_of_each() {
+  const Digest digest = digest_of(some_bytes(3));
+  ResultBegin begin{.lease = LeaseId{5}, .bytes = 30};
+  begin.deltas.push_back({CellKey{1, 1}, 10, {.cpu_ms = 1.5, .planes = 3}});
+  begin.deltas.push_back({CellKey{1, 2}, 20, {.box_tests = 9}});
+  StatusReport status{.output = "a.pvs", .state = "running", .cells_done = 5};
+  status.workers.push_back({"host", 12, 5, 1, 20, 1 << 20});
+  return {Hello{.build = "b", .kernel = {3, "22.3.6"}, .host = "h", .pid = 4},
+          Welcome{.settings = {.raster = RasterKind::kOsmesa},
+                  .scene = digest,
+                  .scene_bytes = 9,
+                  .scene_path = "/x",
+                  .kernel_id = digest},
+          Reject{RejectCode::kKernel, "no"},
+          some_task(),
+          Heartbeat{{{LeaseId{1}, 2}}, 3},
+          HeartbeatAck{{LeaseId{1}}, {LeaseId{2}}},
+          begin,
+          ResultChunk{LeaseId{5}, 10, some_bytes(20)},
+          ResultEnd{LeaseId{5}, digest},
+          ResultAck{LeaseId{5}, ResultOutcome::kResend},
+          TaskFailed{LeaseId{5}, FailureKind::kResource, "out of memory"},
+          BlobGet{digest, 512},
+          BlobChunk{digest, 512, 1024, some_bytes(512)},
+          Cancel{{LeaseId{8}}},
+          Drain{},
+          Draining{},
+          Bye{},
+          Shutdown{},
+          StatusGet{},
+          status,
+          Control{ControlKind::kCancel},
+          ControlAck{}};
+}
+
+std::span<const std::byte> view(const std::string& s) { return std::as_bytes(std::span(s)); }
+
+}  // namespace
+
+TEST(Wire, crc32c_gives_the_published_check_value) {
+  const std::string digits = "123456789";
+  EXPECT_EQ(crc32c(view(digits)), 0xe3069283u);
+  EXPECT_EQ(crc32c(view(std::string(32, '\0'))), 0x8a9136aau);
+}
+
+TEST(Wire, every_message_survives_the_trip) {
+  const std::vector<Message> messages = one_of_each();
+  ASSERT_EQ(messages.size(), std::variant_size_v<Message>);
+  for (const Message& message : messages) {
+    const Frames frames = encode({.session = 8, .epoch = 9, .sequence = 10}, message);
+    const Result<Decoded> decoded = decode(view(frames.header), view(frames.body));
+    ASSERT_TRUE(decoded.ok()) << type_name(message) << ": " << decoded.error().text;
+    EXPECT_EQ(decoded->message.index(), message.index());
+    EXPECT_EQ(decoded->envelope.session, 8u);
+    EXPECT_EQ(decoded->envelope.epoch, 9u);
+    // Nothing lost: encoding it again gives the same bytes.
+    EXPECT_EQ(encode({}, decoded->message).body, frames.body) << type_name(message);
+  }
+}
+
+TEST(Wire, a_task_keeps_its_cells_bit_for_bit) {
+  const Task task = some_task();
+  const Frames frames = encode({}, task);
+  const Task back = std::get<Task>(decode(view(frames.header), view(frames.body)).value().message);
+  ASSERT_EQ(back.cells.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(back.cells[i].cell, task.cells[i].cell);
+    EXPECT_EQ(back.cells[i].key, task.cells[i].key);
+  }
+  EXPECT_EQ(back.parents[1].set, task.parents[1].set);
+}
+
+TEST(Wire, every_truncation_and_every_flipped_bit_of_the_body_is_refused) {
+  for (const Message& message : one_of_each()) {
+    const Frames frames = encode({}, message);
+    for (std::size_t size = 0; size < frames.body.size(); ++size)
+      EXPECT_FALSE(decode(view(frames.header), view(frames.body.substr(0, size))).ok());
+    for (std::size_t bit = 0; bit < frames.body.size() * 8; bit += 5) {
+      std::string body = frames.body;
+      body[bit / 8] = static_cast<char>(body[bit / 8] ^ 1 << bit % 8);
+      EXPECT_FALSE(decode(view(frames.header), view(body)).ok());
+    }
+  }
+}
+
+TEST(Wire, random_headers_and_bodies_are_survived) {
+  Random random(20261122);
+  const std::vector<Message> messages = one_of_each();
+  for (int round = 0; round < 20'000; ++round) {
+    Frames frames = encode({}, messages[random.below(messages.size())]);
+    std::string& victim = random.below(2) ? frames.header : frames.body;
+    if (victim.empty()) continue;
+    for (std::uint64_t n = 1 + random.below(4); n > 0; --n)
+      victim[random.below(victim.size())] = static_cast<char>(random.below(256));
+    (void)decode(view(frames.header), view(frames.body));  // must neither crash nor hang
+  }
+}
+
+TEST(Wire, frames_over_their_limit_are_refused_before_parsing) {
+  const Frames frames = encode({}, Bye{});
+  EXPECT_FALSE(decode(view(std::string(kMaxHeaderBytes + 1, 'x')), {}).ok());
+  EXPECT_FALSE(decode(view(frames.header), view(std::string(kMaxBodyBytes + 1, 'x'))).ok());
+}
+
+TEST(Wire, values_out_of_range_are_refused) {
+  const auto refused = [](const Message& message) {
+    const Frames frames = encode({}, message);
+    return !decode(view(frames.header), view(frames.body)).ok();
+  };
+  Task bad_parent = some_task();
+  bad_parent.cells[0].parent = 7;
+  EXPECT_TRUE(refused(bad_parent));
+  Task nan = some_task();
+  nan.cells[0].cell.hi.x = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(refused(nan));
+  Task rootless = some_task();
+  rootless.cells[0].key.path = 0;
+  EXPECT_TRUE(refused(rootless));
+  EXPECT_TRUE(refused(Task{.lease = LeaseId{1}}));
+  EXPECT_TRUE(refused(Hello{.slots = 0}));
+  EXPECT_TRUE(refused(Welcome{.settings = {.resolution_px = 4096}}));
+  EXPECT_TRUE(refused(ResultBegin{.bytes = 5, .deltas = {{CellKey{1, 1}, 4, {}}}}));
+  EXPECT_TRUE(refused(BlobChunk{.offset = 9, .total_bytes = 10, .data = some_bytes(2)}));
+}
+
+}  // namespace pvsfarm
