@@ -57,6 +57,12 @@ const PackageRow* package_of(std::string_view include) {
   return nullptr;
 }
 
+// Generated code counts as Protobuf.
+const PackageRow* third_party(const Include& include) {
+  if (is_generated(include.name)) return package_of("google/protobuf/");
+  return include.angled ? package_of(include.name) : nullptr;
+}
+
 }  // namespace
 
 std::ostream& operator<<(std::ostream& out, const Finding& finding) {
@@ -122,9 +128,7 @@ Findings package_homes(const SourceTree& tree) {
   for (const SourceFile& file : tree.files) {
     if (!is_cpp(file)) continue;
     for (const Include& include : includes_of(file)) {
-      const PackageRow* row = is_generated(include.name) ? package_of("google/protobuf/")
-                              : include.angled           ? package_of(include.name)
-                                                         : nullptr;
+      const PackageRow* row = third_party(include);
       if (row) {
         if (row->homes != "*" && !starts_with_any(file.path, row->homes))
           found.push_back(
@@ -156,15 +160,33 @@ Findings include_paths(const SourceTree& tree) {
 }
 
 Findings heavy_headers(const SourceTree& tree) {
+  // Which headers of ours drag a heavy package along, and which one.
+  std::map<std::string, std::string> heavy;
+  for (bool grew = true; grew;) {
+    grew = false;
+    for (const SourceFile& file : tree.files) {
+      if (!file.path.ends_with(".hpp") || heavy.contains(file.path)) continue;
+      for (const Include& include : includes_of(file)) {
+        const PackageRow* row = third_party(include);
+        std::string package;
+        if (row && row->heavy && !include.name.ends_with("_fwd.hpp")) package = row->package;
+        if (const auto it = heavy.find(include.name); it != heavy.end()) package = it->second;
+        if (package.empty()) continue;
+        heavy[file.path] = package;
+        grew = true;
+        break;
+      }
+    }
+  }
   Findings found;
   for (const SourceFile& file : tree.files) {
-    if (!file.path.ends_with(".hpp") || file.path.starts_with("tests/")) continue;
+    if (!is_cpp(file) || file.path.starts_with("tests/")) continue;
     for (const Include& include : includes_of(file)) {
-      const PackageRow* row = package_of(include.name);
-      if (is_generated(include.name)) row = package_of("google/protobuf/");
-      if (row && row->heavy && !include.name.ends_with("_fwd.hpp"))
-        found.push_back({file.path, include.line,
-                         std::string(row->package) + " is heavy: include it in a .cpp"});
+      const auto it = heavy.find(include.name);
+      if (it == heavy.end() || folder_of(file.path) == folder_of(include.name)) continue;
+      found.push_back(
+          {file.path, include.line,
+           include.name + " brings " + it->second + ", which is heavy: keep it within its folder"});
     }
   }
   return found;

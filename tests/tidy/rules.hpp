@@ -27,7 +27,7 @@ Findings include_cycles(const SourceTree& tree);
 Findings package_homes(const SourceTree& tree);
 // Quoted includes are root-relative and exist.
 Findings include_paths(const SourceTree& tree);
-// Headers that cost seconds a compilation stay out of our headers.
+// Packages that cost seconds a compilation stay out of headers that other folders include.
 Findings heavy_headers(const SourceTree& tree);
 // Algorithms hold no socket, file, clock, thread, log call or random source of their own.
 Findings pure_folders(const SourceTree& tree);

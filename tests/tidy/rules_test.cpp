@@ -74,12 +74,18 @@ TEST(TidyRules, IncludeRelativeToTheFile) {
                   .empty());
 }
 
-TEST(TidyRules, HeavyHeaderInHeader) {
-  EXPECT_EQ(heavy_headers(one("common/scene/a.hpp", "#include <nlohmann/json.hpp>\n")).size(), 1u);
-  EXPECT_EQ(heavy_headers(one("common/wire/a.hpp", "#include \"farm.pb.h\"\n")).size(), 1u);
-  EXPECT_TRUE(heavy_headers(one("common/scene/a.cpp", "#include <nlohmann/json.hpp>\n")).empty());
-  EXPECT_TRUE(
-      heavy_headers(one("common/scene/a.hpp", "#include <nlohmann/json_fwd.hpp>\n")).empty());
+TEST(TidyRules, HeavyHeaderLeavesItsFolder) {
+  const SourceFile heavy = file_from_text("common/wire/a.hpp", "#include \"farm.pb.h\"\n");
+  const SourceFile middle = file_from_text("common/wire/b.hpp", "#include \"common/wire/a.hpp\"\n");
+  const SourceFile inside = file_from_text("common/wire/c.cpp", "#include \"common/wire/b.hpp\"\n");
+  const SourceFile outside =
+      file_from_text("worker/service/d.cpp", "#include \"common/wire/b.hpp\"\n");
+  EXPECT_TRUE(heavy_headers(tree_of({heavy, middle, inside})).empty());
+  EXPECT_EQ(only_text(heavy_headers(tree_of({heavy, middle, inside, outside}))),
+            "common/wire/b.hpp brings Protobuf, which is heavy: keep it within its folder");
+  const SourceFile light =
+      file_from_text("common/wire/b.hpp", "#include <nlohmann/json_fwd.hpp>\n");
+  EXPECT_TRUE(heavy_headers(tree_of({light, inside, outside})).empty());
 }
 
 TEST(TidyRules, AlgorithmThatIsNoFunction) {
