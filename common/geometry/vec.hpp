@@ -2,6 +2,7 @@
 // in a right-handed frame with z up; a scene that is y up in its file is turned on import.
 #pragma once
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>

@@ -1,0 +1,59 @@
+#include "worker/evaluator/occludee_hierarchy.hpp"
+
+namespace pvsfarm {
+
+// Rule P on every map that is not yet known to be futile; `useful` loses those found futile.
+bool HierarchyTest::hidden(const Box& local_box, MapMask& useful) {
+  for (std::size_t m = useful._Find_first(); m < maps.size(); m = useful._Find_next(m)) {
+    ++box_tests;
+    switch (test_box(maps[m], local_box)) {
+      case PlaneAnswer::kHidden: return true;
+      case PlaneAnswer::kFutile: useful.reset(m); break;
+      case PlaneAnswer::kUnknown: break;
+    }
+  }
+  return false;
+}
+
+// Rule S: hidden if each half is, by whatever plane.
+bool HierarchyTest::hidden_by_parts(const Box& local_box, MapMask useful, int splits_left) {
+  if (hidden(local_box, useful)) return true;
+  if (splits_left == 0 || useful.none()) return false;
+  int axis = 0;
+  const Vec3 size = local_box.size();
+  for (int a = 1; a < 3; ++a)
+    if (size[a] > size[axis]) axis = a;
+  Box low = local_box, high = local_box;
+  low.hi[axis] = high.lo[axis] = local_box.center()[axis];
+  return hidden_by_parts(high, useful, splits_left - 1) &&
+         hidden_by_parts(low, useful, splits_left - 1);
+}
+
+void HierarchyTest::visit(std::uint32_t index, MapMask useful, VisibleSet& open) {
+  const BvhNode& node = scene.bvh()[index];
+  if (node.box.empty() || !open.any_in(node.first, node.count)) return;
+  if (hidden(frame.local_around_world(node.box), useful)) {
+    open.remove_range(node.first, node.count);
+    return;
+  }
+  if (useful.none()) return;  // no plane can hide any part of what is in here
+  if (node.child != 0) {
+    visit(node.child, useful, open);
+    visit(node.child + 1, useful, open);
+    return;
+  }
+  for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+    const ObjectId id{i};
+    if (!open.contains(id)) continue;
+    if (hidden_by_parts(frame.local_around_world(scene.object(id).box), useful, splits))
+      open.remove(id);
+  }
+}
+
+void HierarchyTest::run(VisibleSet& open) {
+  MapMask all;
+  for (std::size_t m = 0; m < maps.size(); ++m) all.set(m);
+  visit(0, all, open);
+}
+
+}  // namespace pvsfarm

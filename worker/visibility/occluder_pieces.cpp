@@ -1,0 +1,210 @@
+#include "worker/visibility/occluder_pieces.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/base/check.hpp"
+
+namespace pvsfarm {
+namespace {
+
+constexpr double kRounding = 0x1p-46;  // relative; dominates a dozen operations
+
+Vec3 newell_normal(std::span<const Vec3> loop) {
+  Vec3 n(0);
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    const Vec3 a = loop[i] - loop[0], b = loop[(i + 1) % loop.size()] - loop[0];
+    n += cross(a, b);
+  }
+  const double size = length(n);
+  return size > 0 ? n / size : n;
+}
+
+// +1 if the whole cell lies strictly before the polygon, -1 strictly behind, 0 neither.
+int side_of_cell(std::span<const Vec3> loop, double flatness, const CellFrame& frame) {
+  const Vec3 n = newell_normal(loop);
+  if (n == Vec3(0)) return 0;
+  double scale = 0, offset = dot(n, loop[0]);
+  for (const Vec3& p : loop) scale = std::max(scale, length(p));
+  const double reach = std::abs(n.x) * frame.half().x + std::abs(n.y) * frame.half().y +
+                       std::abs(n.z) * frame.half().z;
+  // The normal of a loop that is flat up to `flatness` is off by a few flatness over its size;
+  // the margin only decides whether the polygon is used, soundness rests on the half-planes.
+  const double margin = 4 * flatness + kRounding * (scale + frame.offset_scale() + reach);
+  if (-offset - reach > margin) return 1;
+  if (offset - reach > margin) return -1;
+  return 0;
+}
+
+bool apart(const Box& a, const Box& b, double gap) {
+  for (int k = 0; k < 3; ++k)
+    if (a.lo[k] - b.hi[k] > gap || b.lo[k] - a.hi[k] > gap) return true;
+  return false;
+}
+
+Box local_box(const Scene& scene, const Occluder& occluder, const CellFrame& frame) {
+  Box box;
+  for (const Vec3& p : scene.points(occluder)) box.add(frame.local_from_world(p));
+  return box;
+}
+
+// Whether the cell keeps more than `gap` from the solid's box, in the world's or the cell's axes.
+bool solid_apart(const Scene& scene, const Occluder& solid, const CellFrame& frame, double gap) {
+  const Box cell_box{-frame.half(), frame.half()};
+  return apart(solid.box, frame.world_bounds(), gap) ||
+         (!frame.aligned() && apart(local_box(scene, solid, frame), cell_box, gap));
+}
+
+}  // namespace
+
+bool legal_for_cell(const Scene& scene, const Occluder& occluder, const CellFrame& frame,
+                    double near_m) {
+  if (occluder.point_count < 3) return false;
+  if (occluder.shape == OccluderShape::kSolid) {
+    // Matter nearer than the near clip disappears, and with it a solid's front: keep off it.
+    if (occluder.point_count + occluder.base_points > kMaxPiecePoints / 2) return false;
+    return solid_apart(scene, occluder, frame, near_m);
+  }
+  if (occluder.point_count > kMaxPiecePoints - 2) return false;
+  if (occluder.face_of >= 0 &&
+      solid_apart(scene, scene.occluders()[occluder.face_of], frame, near_m))
+    return false;  // the solid itself serves
+  std::array<Vec3, kMaxPiecePoints> loop;
+  const auto points = scene.points(occluder);
+  for (std::size_t i = 0; i < points.size(); ++i) loop[i] = frame.local_from_world(points[i]);
+  const int side = side_of_cell(std::span(loop).first(points.size()), occluder.flatness, frame);
+  if (side == 0) return false;
+  if (!occluder.one_sided || side > 0) return true;
+  // A back face of a closed mesh: whoever stands outside has passed a front face before it.
+  if (!occluder.closed) return false;
+  for (const ObjectId owner : scene.owners(occluder))
+    if (!apart(scene.object(owner).box, frame.world_bounds(), near_m)) return false;
+  return true;
+}
+
+void add_local(const Scene& scene, const Occluder& occluder, const CellFrame& frame,
+               double ground_depth, LocalOccluders& out) {
+  LocalOccluder local;
+  local.source = &occluder;
+  local.first_point = static_cast<std::uint32_t>(out.points.size());
+  local.solid = occluder.shape == OccluderShape::kSolid;
+  local.flatness = occluder.flatness;
+  const auto points = scene.points(occluder);
+  const std::uint32_t base = ground_depth > 0 ? occluder.base_points : 0;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const Vec3 p = frame.local_from_world(points[i]);
+    if (i >= base || !occluder.is_prism) out.points.push_back(p);
+    if (i < base)
+      out.points.push_back(frame.local_from_world(points[i] - Vec3{0, 0, ground_depth}));
+  }
+  local.point_count = static_cast<std::uint32_t>(out.points.size()) - local.first_point;
+  for (std::size_t i = local.first_point; i < out.points.size(); ++i) local.box.add(out.points[i]);
+  local.box_shaped = local.solid && occluder.is_box && frame.aligned();
+  // Solid angle: the faces of the box as seen from the cell's centre, by area and cosine.
+  const Vec3 size = occluder.box.size(), center = (local.box.lo + local.box.hi) * 0.5;
+  Vec3 toward(0);
+  for (int a = 0; a < 3; ++a) {
+    const double gap = std::max({0.0, local.box.lo[a], -local.box.hi[a]});
+    toward[a] = std::min(std::abs(center[a]), gap);
+  }
+  const double distance = std::max(length(toward), 1e-3 + 0.25 * length(frame.half()));
+  const double area = size.y * size.z * std::abs(toward.x) + size.x * size.z * std::abs(toward.y) +
+                      size.x * size.y * std::abs(toward.z);
+  local.solid_angle = area / (distance * distance * distance);
+  out.list.push_back(local);
+}
+
+namespace {
+
+// Part of a box-shaped piece with z in [from, to].
+bool slab(const Box& box, double from, double to, Piece& piece) {
+  piece.box = box;
+  piece.box.lo.z = std::max(box.lo.z, from);
+  piece.box.hi.z = std::min(box.hi.z, to);
+  piece.solid = piece.box_shaped = true;
+  piece.point_count = 8;
+  piece.cut_edge = -1;
+  return piece.box.lo.z <= piece.box.hi.z;
+}
+
+// Points of the hull of `points` with z in [from, to]: those inside, and every crossing of a pair.
+bool slab(std::span<const Vec3> points, double from, double to, Piece& piece) {
+  piece.solid = true;
+  piece.box_shaped = false;
+  piece.cut_edge = -1;
+  piece.point_count = 0;
+  piece.box = Box{};
+  const auto add = [&piece](const Vec3& p) {
+    if (piece.point_count == kMaxPiecePoints) return false;
+    piece.points[piece.point_count++] = p;
+    piece.box.add(p);
+    return true;
+  };
+  for (const Vec3& p : points)
+    if (from <= p.z && p.z <= to && !add(p)) return false;
+  for (const double cut : {from, to})
+    for (std::size_t i = 0; i < points.size(); ++i)
+      for (std::size_t j = i + 1; j < points.size(); ++j) {
+        const double a = points[i].z - cut, b = points[j].z - cut;
+        if (!((a < 0 && b > 0) || (a > 0 && b < 0))) continue;
+        Vec3 p = points[i] + (points[j] - points[i]) * (a / (a - b));
+        p.z = cut;
+        // A full list only drops points: the hull of the rest is inside the occluder.
+        if (!add(p)) return piece.point_count >= 3;
+      }
+  return piece.point_count >= 3;
+}
+
+// The polygon's part with z >= from. Its loop stays in order; the cut is one new edge.
+bool clip_polygon(std::span<const Vec3> loop, double from, double flatness, Piece& piece) {
+  piece.solid = piece.box_shaped = false;
+  piece.flatness = flatness;
+  piece.cut_edge = -1;
+  piece.point_count = 0;
+  piece.box = Box{};
+  int cuts = 0;
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    const Vec3 &p = loop[i], &q = loop[(i + 1) % loop.size()];
+    const bool in = p.z >= from, next_in = q.z >= from;
+    if (in) piece.points[piece.point_count++] = p;
+    if (in == next_in) continue;
+    Vec3 c = p + (q - p) * ((p.z - from) / (p.z - q.z));
+    c.z = from;
+    if (in) piece.cut_edge = piece.point_count;  // leaves here: the cut edge starts at c
+    piece.points[piece.point_count++] = c;
+    ++cuts;
+  }
+  for (int i = 0; i < piece.point_count; ++i) piece.box.add(piece.points[i]);
+  if (cuts > 2) return false;  // not convex enough to be cut once: leave it out
+  if (cuts == 2 && flatness > 0) {
+    const Vec3 n = newell_normal(loop);
+    piece.cut_sine = std::sqrt(n.x * n.x + n.y * n.y);
+  }
+  return piece.point_count >= 3;
+}
+
+}  // namespace
+
+int make_pieces(const LocalOccluders& all, const LocalOccluder& occluder,
+                const ProjectionPlane& plane, double near_m, std::array<Piece, 2>& pieces) {
+  const double nearest = -plane.distance + std::max(plane.distance / 64, near_m);
+  const Box box = plane.plane_from_local(occluder.box);
+  if (!(box.hi.z > nearest)) return 0;
+  int count = 0;
+  if (occluder.box_shaped) {
+    if (box.lo.z < 0 && slab(box, nearest, 0, pieces[count])) ++count;
+    if (box.hi.z > 0 && slab(box, std::max(nearest, 0.0), box.hi.z, pieces[count])) ++count;
+    return count;
+  }
+  std::array<Vec3, kMaxPiecePoints> points;
+  const auto local = all.points_of(occluder);
+  PVS_CHECK_LE(local.size(), points.size());
+  for (std::size_t i = 0; i < local.size(); ++i) points[i] = plane.plane_from_local(local[i]);
+  const std::span<const Vec3> in_plane = std::span(points).first(local.size());
+  if (!occluder.solid) return clip_polygon(in_plane, nearest, occluder.flatness, pieces[0]) ? 1 : 0;
+  if (box.lo.z < 0 && slab(in_plane, nearest, 0, pieces[count])) ++count;
+  if (box.hi.z > 0 && slab(in_plane, std::max(nearest, 0.0), box.hi.z, pieces[count])) ++count;
+  return count;
+}
+
+}  // namespace pvsfarm

@@ -1,0 +1,67 @@
+// From an occluder of the scene to convex pieces on one side of a projection plane.
+//
+// Source: theory A.4, Rule V. Differs from Durand 2000, 4.1: an occluder that crosses the plane is
+// split at it; projecting it whole is unsound (adversarial case straddle_box).
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "common/scene/scene.hpp"
+#include "worker/visibility/cell_frame.hpp"
+
+namespace pvsfarm {
+
+inline constexpr int kMaxPiecePoints = 64;  // occluders that need more are left out: always safe
+
+// An occluder legal for the cell, in the local frame.
+struct LocalOccluder {
+  const Occluder* source = nullptr;
+  Box box;                     // of its points, ground extension included
+  std::uint32_t first_point = 0, point_count = 0;  // into LocalOccluders::points
+  bool solid = false;          // hull of the points is matter; else a polygon in order
+  bool box_shaped = false;     // solid and an axis-aligned box of this very frame: `box` says it all
+  double flatness = 0;         // polygons
+  double solid_angle = 0;      // [sr] roughly, seen from the cell's centre
+};
+
+struct LocalOccluders {
+  std::vector<LocalOccluder> list;
+  std::vector<Vec3> points;
+  std::span<const Vec3> points_of(const LocalOccluder& o) const {
+    return std::span(points).subspan(o.first_point, o.point_count);
+  }
+};
+
+// Whether theory 0.2 lets `occluder` block rays that leave the cell, near clip included.
+// A polygon must have the whole cell strictly on one side: one that is cut by the cell blocks
+// nothing from every viewpoint.
+bool legal_for_cell(const Scene& scene, const Occluder& occluder, const CellFrame& frame,
+                    double near_m);
+
+// Adds the occluder in local coordinates; solids on the ground reach down by `ground_depth` > 0
+// (phantom matter, theory 0.3), or not at all for 0.
+void add_local(const Scene& scene, const Occluder& occluder, const CellFrame& frame,
+               double ground_depth, LocalOccluders& out);
+
+// One convex piece in plane coordinates, all of it at z <= 0 or all at z >= 0 if solid.
+struct Piece {
+  int point_count = 0;
+  bool solid = false;
+  bool box_shaped = false;    // `box` is the piece
+  Box box;                    // plane frame
+  double flatness = 0;
+  // polygons: the edge from this point to the next is a cut, made at z = cut_z; -1: uncut.
+  int cut_edge = -1;
+  double cut_sine = 1;        // sine of the angle between polygon and cutting plane
+  std::array<Vec3, kMaxPiecePoints> points;
+};
+
+// Rule V, steps 1 to 3: clips to z >= -D + delta and splits solids at z = 0. At most two pieces.
+// Returns how many were written.
+int make_pieces(const LocalOccluders& all, const LocalOccluder& occluder,
+                const ProjectionPlane& plane, double near_m, std::array<Piece, 2>& pieces);
+
+}  // namespace pvsfarm

@@ -1,0 +1,119 @@
+#include "worker/visibility/occlusion_map.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "common/base/check.hpp"
+#include "worker/visibility/dispatch.hpp"
+
+namespace pvsfarm {
+namespace {
+
+// Two rows of `source` (each 2n long) to one row of n: max or min of 2 x 2 texels.
+PVSFARM_DISPATCH
+void reduce_max(const float* row0, const float* row1, float* out, int n) {
+  for (int i = 0; i < n; ++i) {
+    const float a = row0[2 * i] > row0[2 * i + 1] ? row0[2 * i] : row0[2 * i + 1];
+    const float b = row1[2 * i] > row1[2 * i + 1] ? row1[2 * i] : row1[2 * i + 1];
+    out[i] = a > b ? a : b;
+  }
+}
+PVSFARM_DISPATCH
+void reduce_min(const float* row0, const float* row1, float* out, int n) {
+  for (int i = 0; i < n; ++i) {
+    const float a = row0[2 * i] < row0[2 * i + 1] ? row0[2 * i] : row0[2 * i + 1];
+    const float b = row1[2 * i] < row1[2 * i + 1] ? row1[2 * i] : row1[2 * i + 1];
+    out[i] = a < b ? a : b;
+  }
+}
+
+}  // namespace
+
+void OcclusionMap::reset(const ProjectionPlane& plane) {
+  PVS_CHECK(std::has_single_bit(static_cast<unsigned>(plane.resolution_px)));
+  PVS_CHECK_LE(plane.resolution_px, kMaxResolutionPx);
+  plane_ = plane;
+  level_count_ = std::bit_width(static_cast<unsigned>(plane.resolution_px));
+  levels_max_.resize(level_count_);
+  levels_min_.resize(level_count_ - 1);
+  for (int k = 0; k < level_count_; ++k) {
+    const std::size_t side = plane.resolution_px >> k;
+    levels_max_[k].resize(side * side);
+    if (k > 0) levels_min_[k - 1].resize(side * side);
+  }
+  std::fill(levels_max_[0].begin(), levels_max_[0].end(), kUncovered);
+}
+
+void OcclusionMap::build_pyramids() {
+  for (int k = 1; k < level_count_; ++k) {
+    const int side = plane_.resolution_px >> k;
+    const float* below_max = levels_max_[k - 1].data();
+    const float* below_min = k == 1 ? below_max : levels_min_[k - 2].data();
+    for (int j = 0; j < side; ++j) {
+      const std::size_t row = std::size_t{2} * j * 2 * side;
+      reduce_max(below_max + row, below_max + row + 2 * side, &levels_max_[k][j * side], side);
+      reduce_min(below_min + row, below_min + row + 2 * side, &levels_min_[k - 1][j * side], side);
+    }
+  }
+}
+
+// Rounding of the division is at most 2^-40 pixel; callers widen their rectangles by more.
+OcclusionMap::Range OcclusionMap::touched(const PlaneRect& rect) const {
+  const int last = plane_.resolution_px - 1;
+  const auto pixel = [last](double at, double from, double size) {
+    const double i = std::floor((at - from) / size);
+    return static_cast<int>(std::clamp(i, -1.0, last + 1.0));
+  };
+  return {pixel(rect.x0, plane_.x0, plane_.px), pixel(rect.y0, plane_.y0, plane_.py),
+          pixel(rect.x1, plane_.x0, plane_.px), pixel(rect.y1, plane_.y0, plane_.py)};
+}
+
+bool OcclusionMap::covered_in(int level, int i, int j, const Range& range, float depth) const {
+  const int side = plane_.resolution_px >> level;
+  if (levels_max_[level][static_cast<std::size_t>(j) * side + i] < depth) return true;
+  if (level == 0) return false;
+  const int half = level - 1;
+  for (int dj = 0; dj < 2; ++dj) {
+    const int cj = 2 * j + dj;
+    if (cj < (range.j0 >> half) || cj > (range.j1 >> half)) continue;
+    for (int di = 0; di < 2; ++di) {
+      const int ci = 2 * i + di;
+      if (ci < (range.i0 >> half) || ci > (range.i1 >> half)) continue;
+      if (!covered_in(half, ci, cj, range, depth)) return false;
+    }
+  }
+  return true;
+}
+
+bool OcclusionMap::covered(const PlaneRect& rect, float depth) const {
+  if (!(rect.x0 <= rect.x1 && rect.y0 <= rect.y1)) return false;  // NaN: doubt means visible
+  const Range r = touched(rect);
+  const int last = plane_.resolution_px - 1;
+  if (r.i0 < 0 || r.j0 < 0 || r.i1 > last || r.j1 > last) return false;
+  const int span = std::max(r.i1 - r.i0, r.j1 - r.j0);
+  const int level = std::min<int>(std::bit_width(static_cast<unsigned>(span)), level_count_ - 1);
+  for (int j = r.j0 >> level; j <= r.j1 >> level; ++j)
+    for (int i = r.i0 >> level; i <= r.i1 >> level; ++i)
+      if (!covered_in(level, i, j, r, depth)) return false;
+  return true;
+}
+
+float OcclusionMap::lower_bound(const PlaneRect& rect) const {
+  if (!(rect.x0 <= rect.x1 && rect.y0 <= rect.y1)) return -kUncovered;
+  Range r = touched(rect);
+  const int last = plane_.resolution_px - 1;
+  if (r.i1 < 0 || r.j1 < 0 || r.i0 > last || r.j0 > last) return kUncovered;
+  r = {std::max(r.i0, 0), std::max(r.j0, 0), std::min(r.i1, last), std::min(r.j1, last)};
+  const int span = std::max(r.i1 - r.i0, r.j1 - r.j0);
+  const int level = std::min<int>(std::bit_width(static_cast<unsigned>(span)), level_count_ - 1);
+  const auto& texels = level == 0 ? levels_max_[0] : levels_min_[level - 1];
+  const int side = plane_.resolution_px >> level;
+  float lowest = kUncovered;
+  for (int j = r.j0 >> level; j <= r.j1 >> level; ++j)
+    for (int i = r.i0 >> level; i <= r.i1 >> level; ++i)
+      lowest = std::min(lowest, texels[static_cast<std::size_t>(j) * side + i]);
+  return lowest;
+}
+
+}  // namespace pvsfarm

@@ -1,0 +1,54 @@
+// The occlusion map of one projection plane: a depth a pixel, with ray certificates.
+//
+// Source: Durand 2000, 3 and 5.2; theory 0.4, A.9. Pixel q holds Z(q): for every point p of the
+// closed pixel and every V of the cell, the ray from V through p meets matter beyond the cell at
+// depth <= Z. Depth is z of the plane frame (negative before the plane); kUncovered = none known.
+// Differs from Durand 2000: the hidden test is for one plane at a time, strict, and never clips.
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "worker/visibility/cell_frame.hpp"
+
+namespace pvsfarm {
+
+inline constexpr float kUncovered = std::numeric_limits<float>::infinity();
+inline constexpr int kMaxResolutionPx = 1024;
+
+// A rectangle on the plane, in the plane's coordinates.
+struct PlaneRect {
+  double x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+};
+
+class OcclusionMap {
+ public:
+  // Requires: resolution a power of two, at most kMaxResolutionPx.
+  void reset(const ProjectionPlane& plane);
+
+  const ProjectionPlane& plane() const { return plane_; }
+  // Row j, pixel i: base()[j * resolution + i].
+  float* base() { return levels_max_[0].data(); }
+  const float* base() const { return levels_max_[0].data(); }
+
+  // To be called when the base has changed, before any test.
+  void build_pyramids();
+  // Whether every pixel that `rect` touches has Z < depth. False where rect leaves the map.
+  bool covered(const PlaneRect& rect, float depth) const;
+  // The smallest Z of any pixel that `rect` touches, a lower bound of it, read from at most
+  // 2 x 2 texels of the min pyramid; kUncovered where rect misses the map.
+  float lower_bound(const PlaneRect& rect) const;
+  float lowest() const { return levels_min_.back()[0]; }
+
+ private:
+  struct Range { int i0, j0, i1, j1; };
+  Range touched(const PlaneRect& rect) const;
+  bool covered_in(int level, int i, int j, const Range& range, float depth) const;
+
+  ProjectionPlane plane_;
+  int level_count_ = 0;
+  std::vector<std::vector<float>> levels_max_;  // [0] is the map itself
+  std::vector<std::vector<float>> levels_min_;  // [k] belongs to max level k + 1
+};
+
+}  // namespace pvsfarm

@@ -1,0 +1,26 @@
+// Where to put projection planes.
+//
+// Source: Durand 2000, 5.3; theory A.13. Any place is sound. A Projection loses least on a plane
+// at its occluder's own far side, so planes go where the large occluders end.
+// Differs from Durand 2000: several planes a face, and rectangles fitted to what lies behind.
+#pragma once
+
+#include <vector>
+
+#include "worker/visibility/occluder_pieces.hpp"
+
+namespace pvsfarm {
+
+struct PlaneRequest {
+  int planes_per_face = 6;
+  double extent = 1.1;
+  int resolution_px = 256;
+  Box occludees;  // local, of everything that may still be hidden
+};
+
+// At most planes_per_face planes for each face that has occluders and occludees beyond it, nearest
+// first within a face. `occluders` must be ranked.
+std::vector<ProjectionPlane> choose_planes(const CellFrame& frame, const LocalOccluders& occluders,
+                                           const PlaneRequest& request);
+
+}  // namespace pvsfarm
