@@ -5,9 +5,9 @@
 
 #include "common/base/check.hpp"
 #include "worker/evaluator/occludee_hierarchy.hpp"
-#include "worker/render/osmesa_raster.hpp"
 #include "worker/visibility/direct_raster.hpp"
 #include "worker/visibility/occluder_ranking.hpp"
+#include "worker/visibility/osmesa_raster.hpp"
 #include "worker/visibility/plane_choice.hpp"
 
 namespace pvsfarm {
@@ -29,8 +29,8 @@ struct Evaluator::State {
   CoverageList coverages;
 
   // Projects occluders [from, to) of the ranking on every map.
-  void project_all(const CellFrame& frame, std::size_t from, std::size_t to,
-                   std::size_t map_count, const VisibleSet& open, CellStatistics& statistics);
+  void project_all(const CellFrame& frame, std::size_t from, std::size_t to, std::size_t map_count,
+                   const VisibleSet& open, CellStatistics& statistics);
 };
 
 void Evaluator::State::project_all(const CellFrame& frame, std::size_t from, std::size_t to,
@@ -97,12 +97,11 @@ CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const Visibl
   delta.statistics.occluder_candidates = static_cast<std::uint32_t>(s.occluders.list.size());
 
   // 2. Planes, and an empty map for each.
-  const auto planes = choose_planes(
-      frame, s.occluders,
-      {.planes_per_face = s.settings.planes_per_face,
-       .extent = s.settings.extent,
-       .resolution_px = s.settings.resolution_px,
-       .occludees = frame.local_around_world(scene.bvh()[0].box)});
+  const auto planes = choose_planes(frame, s.occluders,
+                                    {.planes_per_face = s.settings.planes_per_face,
+                                     .extent = s.settings.extent,
+                                     .resolution_px = s.settings.resolution_px,
+                                     .occludees = frame.local_around_world(scene.bvh()[0].box)});
   if (s.maps.size() < planes.size()) s.maps.resize(planes.size());
   for (std::size_t m = 0; m < planes.size(); ++m) s.maps[m].reset(planes[m]);
   delta.statistics.planes = static_cast<std::uint32_t>(planes.size());

@@ -7,9 +7,13 @@ bool HierarchyTest::hidden(const Box& local_box, MapMask& useful) {
   for (std::size_t m = useful._Find_first(); m < maps.size(); m = useful._Find_next(m)) {
     ++box_tests;
     switch (test_box(maps[m], local_box)) {
-      case PlaneAnswer::kHidden: return true;
-      case PlaneAnswer::kFutile: useful.reset(m); break;
-      case PlaneAnswer::kUnknown: break;
+      case PlaneAnswer::kHidden:
+        return true;
+      case PlaneAnswer::kFutile:
+        useful.reset(m);
+        break;
+      case PlaneAnswer::kUnknown:
+        break;
     }
   }
   return false;

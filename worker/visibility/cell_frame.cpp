@@ -4,7 +4,8 @@
 
 namespace pvsfarm {
 namespace {
-constexpr double kRounding = 0x1p-49;  // 16 units of rounding: dominates three products and two sums
+constexpr double kRounding =
+    0x1p-49;  // 16 units of rounding: dominates three products and two sums
 }
 
 CellFrame::CellFrame(const Cell& cell)

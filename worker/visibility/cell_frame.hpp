@@ -3,7 +3,8 @@
 // Source: theory A.1. Conventions, used by every file of this folder:
 // * local frame: the cell's centre is 0, its axes are the coordinate axes, half extents `half`;
 //   the centre is subtracted in double before anything else (theory 0.5).
-// * plane frame of face f at distance D: x, y along the face, z = distance beyond the plane, growing
+// * plane frame of face f at distance D: x, y along the face, z = distance beyond the plane,
+// growing
 //   away from the cell. Cell: z in [-D - 2 hw, -D]; face plane z = -D; projection plane z = 0.
 #pragma once
 
@@ -48,17 +49,17 @@ struct Face {
   int u() const { return (axis + 1) % 3; }
   int v() const { return (axis + 2) % 3; }
 };
-inline constexpr std::array<Face, 6> kFaces{
-    Face{0, 1}, Face{0, -1}, Face{1, 1}, Face{1, -1}, Face{2, 1}, Face{2, -1}};
+inline constexpr std::array<Face, 6> kFaces{Face{0, 1},  Face{0, -1}, Face{1, 1},
+                                            Face{1, -1}, Face{2, 1},  Face{2, -1}};
 
 // A projection plane: a finite rectangle of pixels at `distance` beyond a face.
 struct ProjectionPlane {
   Face face;
-  double distance = 1;     // D > 0
+  double distance = 1;            // D > 0
   double hu = 0, hv = 0, hw = 0;  // the cell's half extents along x, y, z of this frame
-  double x0 = 0, y0 = 0;   // lower corner of the rectangle
-  double px = 1, py = 1;   // pixel size
-  int resolution_px = 0;   // pixels a side
+  double x0 = 0, y0 = 0;          // lower corner of the rectangle
+  double px = 1, py = 1;          // pixel size
+  int resolution_px = 0;          // pixels a side
 
   double x1() const { return x0 + px * resolution_px; }
   double y1() const { return y0 + py * resolution_px; }

@@ -19,12 +19,12 @@ inline constexpr int kMaxPiecePoints = 64;  // occluders that need more are left
 // An occluder legal for the cell, in the local frame.
 struct LocalOccluder {
   const Occluder* source = nullptr;
-  Box box;                     // of its points, ground extension included
+  Box box;                                         // of its points, ground extension included
   std::uint32_t first_point = 0, point_count = 0;  // into LocalOccluders::points
-  bool solid = false;          // hull of the points is matter; else a polygon in order
-  bool box_shaped = false;     // solid and an axis-aligned box of this very frame: `box` says it all
-  double flatness = 0;         // polygons
-  double solid_angle = 0;      // [sr] roughly, seen from the cell's centre
+  bool solid = false;       // hull of the points is matter; else a polygon in order
+  bool box_shaped = false;  // solid and an axis-aligned box of this very frame: `box` says it all
+  double flatness = 0;      // polygons
+  double solid_angle = 0;   // [sr] roughly, seen from the cell's centre
 };
 
 struct LocalOccluders {
@@ -50,12 +50,12 @@ void add_local(const Scene& scene, const Occluder& occluder, const CellFrame& fr
 struct Piece {
   int point_count = 0;
   bool solid = false;
-  bool box_shaped = false;    // `box` is the piece
-  Box box;                    // plane frame
+  bool box_shaped = false;  // `box` is the piece
+  Box box;                  // plane frame
   double flatness = 0;
   // polygons: the edge from this point to the next is a cut, made at z = cut_z; -1: uncut.
   int cut_edge = -1;
-  double cut_sine = 1;        // sine of the angle between polygon and cutting plane
+  double cut_sine = 1;  // sine of the angle between polygon and cutting plane
   std::array<Vec3, kMaxPiecePoints> points;
 };
 

@@ -40,9 +40,8 @@ void rank_occluders(const Scene& scene, const CellFrame& frame, const VisibleSet
       out.list.pop_back();
     }
   }
-  std::stable_sort(out.list.begin(), out.list.end(), [](const auto& a, const auto& b) {
-    return a.solid_angle > b.solid_angle;
-  });
+  std::stable_sort(out.list.begin(), out.list.end(),
+                   [](const auto& a, const auto& b) { return a.solid_angle > b.solid_angle; });
 }
 
 }  // namespace pvsfarm

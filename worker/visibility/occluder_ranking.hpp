@@ -10,7 +10,7 @@ namespace pvsfarm {
 
 struct RankingRequest {
   double near_m = 0;
-  double ground_depth = 0;     // see add_local
+  double ground_depth = 0;       // see add_local
   double least_solid_angle = 0;  // [sr] smaller ones cannot cover a pixel
 };
 

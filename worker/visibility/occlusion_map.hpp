@@ -41,7 +41,9 @@ class OcclusionMap {
   float lowest() const { return levels_min_.back()[0]; }
 
  private:
-  struct Range { int i0, j0, i1, j1; };
+  struct Range {
+    int i0, j0, i1, j1;
+  };
   Range touched(const PlaneRect& rect) const;
   bool covered_in(int level, int i, int j, const Range& range, float depth) const;
 

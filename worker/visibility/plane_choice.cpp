@@ -30,8 +30,8 @@ std::vector<Wall> walls_beyond(const CellFrame& frame, const LocalOccluders& occ
     // What lies off to the side of this face is the business of another.
     double aside = HUGE_VAL;
     for (const int axis : {face.u(), face.v()}) {
-      const double gap = std::max({0.0, box.lo[axis] - frame.half()[axis],
-                                   -box.hi[axis] - frame.half()[axis]});
+      const double gap =
+          std::max({0.0, box.lo[axis] - frame.half()[axis], -box.hi[axis] - frame.half()[axis]});
       aside = aside == HUGE_VAL ? gap : std::max(aside, gap);
     }
     if (aside > 1.5 * to) continue;
@@ -76,8 +76,10 @@ void fit_rectangle(ProjectionPlane& plane, const Box& occludees) {
   const PlaneRect rect = occludee_rect(plane, behind);
   const double x1 = plane.x1(), y1 = plane.y1();
   const double margin_x = 2 * plane.px, margin_y = 2 * plane.py;
-  const double left = std::max(plane.x0, rect.x0 - margin_x), right = std::min(x1, rect.x1 + margin_x);
-  const double low = std::max(plane.y0, rect.y0 - margin_y), high = std::min(y1, rect.y1 + margin_y);
+  const double left = std::max(plane.x0, rect.x0 - margin_x),
+               right = std::min(x1, rect.x1 + margin_x);
+  const double low = std::max(plane.y0, rect.y0 - margin_y),
+               high = std::min(y1, rect.y1 + margin_y);
   if (!(left < right) || !(low < high)) return;
   plane.x0 = left;
   plane.px = (right - left) / plane.resolution_px;
@@ -93,7 +95,8 @@ std::vector<ProjectionPlane> choose_planes(const CellFrame& frame, const LocalOc
   for (const Face face : kFaces) {
     const double hw = frame.half()[face.axis];
     const double reach = std::max(face.sign * request.occludees.lo[face.axis],
-                                  face.sign * request.occludees.hi[face.axis]) - hw;
+                                  face.sign * request.occludees.hi[face.axis]) -
+                         hw;
     if (!(reach > 0)) continue;
     const auto walls = walls_beyond(frame, occluders, face);
     for (const double distance : choose_distances(walls, request.planes_per_face)) {

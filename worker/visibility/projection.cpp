@@ -1,6 +1,7 @@
 #include "worker/visibility/projection.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "common/geometry/rounding.hpp"
@@ -58,7 +59,8 @@ class Builder {
     const double at = nx * ax + ny * ay;
     const double rounding = 0x1p-48 * (std::abs(nx * ax) + std::abs(ny * ay));
     // The ends are off by `rounding`; along the line, over the whole map, so is its direction.
-    const double inwards = images_.margin * size + images_.rounding * map_size_ + extra_margin * size;
+    const double inwards =
+        images_.margin * size + images_.rounding * map_size_ + extra_margin * size;
     out_.half_planes.push_back({nx, ny, at + inwards + rounding});
   }
 
