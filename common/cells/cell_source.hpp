@@ -13,6 +13,9 @@ namespace pvsfarm {
 
 inline constexpr std::uint64_t kMaxRootCells = 16'000'000;
 
+// A person's eyes above the floor they stand on: what cells over a floor cover.
+inline constexpr double kEyeLow_m = 1.5, kEyeHigh_m = 1.9;
+
 struct RootCell {
   std::int64_t id = 0;  // as the cells file gives it; 0, 1, 2 ... for a grid
   Cell cell;

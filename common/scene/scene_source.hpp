@@ -23,9 +23,9 @@ inline Vec3 file_from_internal(UpAxis up, const Vec3& p) {
 }
 
 struct SourceObject {
-  std::string name;
-  std::vector<Vec3> vertices;  // z up
-  std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise seen from the front
+  std::string name{};
+  std::vector<Vec3> vertices{};  // z up
+  std::vector<std::array<std::uint32_t, 3>> triangles{};  // counter-clockwise seen from the front
   bool occluder = true;    // may block rays: opaque, static, never removed by the renderer
   bool occludee = true;    // appears in visible sets; false: geometry that only occludes
   bool dynamic = false;    // moves inside its vertices' box: never an occluder

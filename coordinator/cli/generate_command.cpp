@@ -1,0 +1,108 @@
+// `pvsfarm generate SCENE`: a parametric test scene, its cells and its tags.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+
+#include "coordinator/cli/command.hpp"
+#include "coordinator/generate/generate.hpp"
+#include "coordinator/generate/write_scene.hpp"
+
+namespace pvsfarm {
+namespace {
+
+Status write_and_report(const Result<GeneratedScene>& scene, const std::string& path) {
+  if (!scene) return scene.error();
+  if (Status written = write_scene(*scene, path); !written) return written;
+  std::uint64_t triangles = 0;
+  for (const SourceObject& object : scene->source.objects) triangles += object.triangles.size();
+  std::cout << path << ": " << scene->source.objects.size() << " objects, " << triangles
+            << " triangles, " << scene->cells.size() << " cells\n";
+  return {};
+}
+
+// Declares `generate NAME` with the options all scenes share; the caller adds its own to what is
+// returned, bound to the request.
+template <class Request>
+struct SceneOptions {
+  Request request;
+  std::string output;
+};
+
+template <class Request>
+struct SceneCommand {
+  CLI::App* app;
+  std::shared_ptr<SceneOptions<Request>> options;
+};
+
+template <class Request>
+SceneCommand<Request> add_scene(CLI::App& generate, CommandContext& context, const char* name,
+                                const char* summary,
+                                Result<GeneratedScene> (*make)(const Request&)) {
+  auto options = std::make_shared<SceneOptions<Request>>();
+  CLI::App* app = generate.add_subcommand(name, summary);
+  app->add_option("-o,--output", options->output, "the scene file, NAME.obj or NAME.glb")
+      ->required();
+  app->add_option("--seed", options->request.seed, "of the random numbers")->capture_default_str();
+  app->add_option("--cell-size", options->request.cell_size, "longest side of a cell, in metres")
+      ->capture_default_str();
+  app->callback([&context, options, make] {
+    context.run = [options, make] {
+      return write_and_report(make(options->request), options->output);
+    };
+  });
+  return {app, options};
+}
+
+void add_cities(CLI::App& generate, CommandContext& context) {
+  const auto city = add_scene<CityRequest>(
+      generate, context, "city", "blocks of box buildings, streets with parked cars", generate_city);
+  city.app->add_option("--blocks", city.options->request.blocks, "N: N x N blocks")
+      ->capture_default_str();
+  const auto closed = add_scene<CityRequest>(
+      generate, context, "closed-city", "a city where one sees along one's own street only",
+      generate_closed_city);
+  closed.app->add_option("--blocks", closed.options->request.blocks, "N: N x N blocks, from 2 up")
+      ->capture_default_str();
+}
+
+void add_others(CLI::App& generate, CommandContext& context) {
+  const auto forest = add_scene<ForestRequest>(
+      generate, context, "forest", "trees of leaf triangles, with rides between", generate_forest);
+  forest.app->add_option("--trees", forest.options->request.trees)->capture_default_str();
+  forest.app->add_option("--leaves", forest.options->request.leaves, "triangles of a tree's crown")
+      ->capture_default_str();
+  const auto maze = add_scene<MazeRequest>(generate, context, "maze",
+                                           "a maze of wall boxes without a roof", generate_maze);
+  maze.app->add_option("--size", maze.options->request.size, "N: N x N places")
+      ->capture_default_str();
+  const auto terrain = add_scene<TerrainRequest>(
+      generate, context, "terrain", "hills cut into tiles, with houses", generate_terrain);
+  terrain.app->add_option("--tiles", terrain.options->request.tiles, "N: N x N tiles of 64 m")
+      ->capture_default_str();
+  terrain.app->add_option("--houses", terrain.options->request.houses_per_tile, "of a tile, 0 to 4")
+      ->capture_default_str();
+  const auto rooms = add_scene<RoomsRequest>(
+      generate, context, "rooms", "one floor of rooms with doors, windows, furniture",
+      generate_rooms);
+  rooms.app->add_option("--rooms", rooms.options->request.rooms, "N: N x N rooms")
+      ->capture_default_str();
+}
+
+}  // namespace
+
+void add_generate_command(CLI::App& app, CommandContext& context) {
+  CLI::App* generate = app.add_subcommand("generate", "Make a test scene with cells and tags");
+  generate->require_subcommand(1);
+  generate->footer(
+      "Beside NAME.obj or NAME.glb stand NAME.cells.json and NAME.tags.json. The same command makes\n"
+      "the same bytes on every machine.\n"
+      "Examples:\n"
+      "  pvsfarm generate city --blocks 20 -o city.obj\n"
+      "  pvsfarm generate forest --trees 500 --leaves 1000 --seed 7 -o forest.glb\n"
+      "  pvsfarm generate rooms --rooms 6 --cell-size 1 -o rooms.obj");
+  add_cities(*generate, context);
+  add_others(*generate, context);
+}
+
+}  // namespace pvsfarm
