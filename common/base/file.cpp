@@ -37,6 +37,10 @@ class FileHandle {
 };
 
 Status write_all(const std::string& path, const std::string& temporary, std::string_view bytes) {
+  // The one thing that would make only the renaming fail, when other files are in place already.
+  struct stat there {};
+  if (::stat(path.c_str(), &there) == 0 && S_ISDIR(there.st_mode))
+    return io_error(path + ": cannot be written: it is a folder");
   FileHandle file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
   if (file.get() < 0) return system_error(path, "cannot be written", errno);
   while (!bytes.empty()) {

@@ -37,6 +37,7 @@ struct CommandContext {
   std::function<Status()> run;
 };
 
+void add_generate_command(CLI::App& app, CommandContext& context);
 void add_inspect_command(CLI::App& app, CommandContext& context);
 
 }  // namespace pvsfarm

@@ -55,13 +55,14 @@ SceneCommand<Request> add_scene(CLI::App& generate, CommandContext& context, con
 }
 
 void add_cities(CLI::App& generate, CommandContext& context) {
-  const auto city = add_scene<CityRequest>(
-      generate, context, "city", "blocks of box buildings, streets with parked cars", generate_city);
+  const auto city =
+      add_scene<CityRequest>(generate, context, "city",
+                             "blocks of box buildings, streets with parked cars", generate_city);
   city.app->add_option("--blocks", city.options->request.blocks, "N: N x N blocks")
       ->capture_default_str();
-  const auto closed = add_scene<CityRequest>(
-      generate, context, "closed-city", "a city where one sees along one's own street only",
-      generate_closed_city);
+  const auto closed = add_scene<CityRequest>(generate, context, "closed-city",
+                                             "a city where one sees along one's own street only",
+                                             generate_closed_city);
   closed.app->add_option("--blocks", closed.options->request.blocks, "N: N x N blocks, from 2 up")
       ->capture_default_str();
 }
@@ -82,9 +83,9 @@ void add_others(CLI::App& generate, CommandContext& context) {
       ->capture_default_str();
   terrain.app->add_option("--houses", terrain.options->request.houses_per_tile, "of a tile, 0 to 4")
       ->capture_default_str();
-  const auto rooms = add_scene<RoomsRequest>(
-      generate, context, "rooms", "one floor of rooms with doors, windows, furniture",
-      generate_rooms);
+  const auto rooms =
+      add_scene<RoomsRequest>(generate, context, "rooms",
+                              "one floor of rooms with doors, windows, furniture", generate_rooms);
   rooms.app->add_option("--rooms", rooms.options->request.rooms, "N: N x N rooms")
       ->capture_default_str();
 }
@@ -95,7 +96,8 @@ void add_generate_command(CLI::App& app, CommandContext& context) {
   CLI::App* generate = app.add_subcommand("generate", "Make a test scene with cells and tags");
   generate->require_subcommand(1);
   generate->footer(
-      "Beside NAME.obj or NAME.glb stand NAME.cells.json and NAME.tags.json. The same command makes\n"
+      "Beside NAME.obj or NAME.glb stand NAME.cells.json and NAME.tags.json. The same command "
+      "makes\n"
       "the same bytes on every machine.\n"
       "Examples:\n"
       "  pvsfarm generate city --blocks 20 -o city.obj\n"

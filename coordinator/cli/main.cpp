@@ -43,7 +43,10 @@ LogLevel log_level(int verbosity) {
   return verbosity == 0 ? LogLevel::kInfo : LogLevel::kDebug;
 }
 
-void add_commands(CLI::App& app, CommandContext& context) { add_inspect_command(app, context); }
+void add_commands(CLI::App& app, CommandContext& context) {
+  add_generate_command(app, context);
+  add_inspect_command(app, context);
+}
 
 // What is wrong with the command line, in one line.
 std::string text_of(const CLI::ParseError& error, const CLI::App& app) {

@@ -28,6 +28,8 @@ bool is_setting(const CLI::Option& option) {
 void add_environment(CLI::App& app) {
   for (CLI::Option* option : app.get_options())
     if (is_setting(*option)) option->envname(environment_name(option->get_lnames().front()));
+  for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; }))
+    add_environment(*command);
 }
 
 // CLI11 lets a file win over the environment: leave out of the file what the environment sets.
@@ -47,8 +49,6 @@ class TomlBelowEnvironment : public CLI::ConfigTOML {
 
 void add_settings_sources(CLI::App& app) {
   add_environment(app);
-  for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; }))
-    add_environment(*command);
   app.set_config("--config", "", "read settings from this TOML file, a table a command");
   app.config_formatter(std::make_shared<TomlBelowEnvironment>());
   app.allow_config_extras(CLI::config_extras_mode::error);
