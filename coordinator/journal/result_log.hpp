@@ -1,0 +1,37 @@
+// Where merged results are made durable. The journal is one; tests have one that forgets.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "common/base/digest.hpp"
+#include "common/base/ids.hpp"
+#include "common/base/result.hpp"
+#include "common/pvs/delta.hpp"
+
+namespace pvsfarm {
+
+// The merged result of one cell: what the final store is made from.
+struct ResultRow {
+  CellKey key;
+  std::vector<std::byte> hidden;  // canonical bytes of the delta's set
+  CellStatistics statistics;
+};
+
+// The identity of a delta: of our own bytes, never of Protobuf's.
+Digest delta_digest(const CellKey& key, std::span<const std::byte> hidden);
+
+class ResultLog {
+ public:
+  virtual ~ResultLog() = default;
+  // The digest of the cell's row, committed or not.
+  virtual Result<std::optional<Digest>> find(const CellKey& key) = 0;
+  // Requires: no row of the cell yet. Durable only after commit().
+  virtual Status append(const ResultRow& row) = 0;
+  virtual std::size_t uncommitted() const = 0;
+  // After success every row appended so far survives a crash of the machine.
+  virtual Status commit() = 0;
+};
+
+}  // namespace pvsfarm

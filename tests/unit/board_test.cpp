@@ -1,0 +1,208 @@
+// The task board under told time.
+#include <gtest/gtest.h>
+
+#include "coordinator/board/board.hpp"
+#include "coordinator/board/estimate.hpp"
+
+namespace pvsfarm {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr WorkerId kAnn{1}, kBob{2};
+
+CellKey root(std::uint32_t i) { return {i, 1}; }
+
+Board board_of(std::uint32_t cells, const BoardLimits& limits = {}) {
+  Board board(limits);
+  for (std::uint32_t i = cells; i-- > 0;) board.add(root(i));
+  return board;
+}
+
+}  // namespace
+
+TEST(Board, cells_are_leased_in_canonical_order_however_they_were_added) {
+  Board board = board_of(3);
+  board.add(root(1).child(0));
+  board.join(kAnn, 2);
+  std::vector<CellKey> order;
+  for (int i = 0; i < 4; ++i) order.push_back(board.lease(kAnn, 0ms)->cells.at(0));
+  EXPECT_EQ(order, (std::vector<CellKey>{root(0), root(1), root(1).child(0), root(2)}));
+}
+
+TEST(Board, a_worker_holds_one_running_and_one_waiting_lease_a_slot) {
+  Board board = board_of(10);
+  board.join(kAnn, 1);
+  EXPECT_TRUE(board.lease(kAnn, 0ms).has_value());
+  EXPECT_TRUE(board.lease(kAnn, 0ms).has_value());
+  EXPECT_FALSE(board.lease(kAnn, 0ms).has_value());
+  EXPECT_FALSE(board.lease(kBob, 0ms).has_value());  // never joined
+}
+
+TEST(Board, tasks_grow_until_they_last) {
+  Board board = board_of(1000, {.task_ms = 75});
+  board.join(kAnn, 1);
+  const BoardTask first = *board.lease(kAnn, 0ms);
+  EXPECT_EQ(first.cells.size(), 1u);  // nothing is known yet
+  board.complete(first.cells[0], 5);
+  board.finish(first.lease);
+  const BoardTask second = *board.lease(kAnn, 0ms);
+  EXPECT_EQ(second.cells.size(), 15u);
+  for (std::size_t i = 0; i < 15; ++i) EXPECT_EQ(second.cells[i].root, 1 + i);  // neighbours
+}
+
+TEST(Board, towards_the_end_the_rest_is_shared) {
+  Board board = board_of(9);
+  board.join(kAnn, 1);
+  board.join(kBob, 1);
+  const BoardTask first = *board.lease(kAnn, 0ms);
+  board.complete(first.cells[0], 0.1);
+  board.finish(first.lease);
+  EXPECT_EQ(board.lease(kAnn, 0ms)->cells.size(), 3u);
+  EXPECT_LE(board.lease(kBob, 0ms)->cells.size(), 3u);
+}
+
+TEST(Board, a_lease_without_progress_runs_out_and_its_cells_go_to_another) {
+  Board board = board_of(1);
+  board.join(kAnn, 1);
+  board.join(kBob, 1);
+  const BoardTask task = *board.lease(kAnn, 0ms);
+  EXPECT_TRUE(board.renew(task.lease, 0, 29s));  // alive, but it does not advance
+  EXPECT_TRUE(board.expire(29'999ms).empty());
+  EXPECT_EQ(board.expire(30s), std::vector<BoardLease>{task.lease});
+  EXPECT_FALSE(board.renew(task.lease, 1, 31s));
+  const BoardTask again = *board.lease(kBob, 31s);
+  EXPECT_EQ(again.cells, task.cells);
+  EXPECT_EQ(again.attempt, 1u);
+  board.complete(root(0), 1);
+  EXPECT_TRUE(board.idle());
+}
+
+TEST(Board, progress_renews_a_lease_and_those_waiting_behind_it) {
+  Board board = board_of(2);
+  board.join(kAnn, 1);
+  const BoardTask running = *board.lease(kAnn, 0ms), waiting = *board.lease(kAnn, 0ms);
+  for (int s = 10; s <= 100; s += 10) EXPECT_TRUE(board.renew(running.lease, s, s * 1s));
+  EXPECT_TRUE(board.expire(129s).empty());
+  EXPECT_EQ(board.expire(130s), (std::vector<BoardLease>{running.lease, waiting.lease}));
+}
+
+TEST(Board, a_worker_stuck_with_a_lease_gets_no_more_than_before) {
+  Board board = board_of(10);
+  board.join(kAnn, 1);
+  for (int i = 0; i < 2; ++i) board.lease(kAnn, 0ms);
+  board.expire(60s);
+  EXPECT_FALSE(board.lease(kAnn, 60s).has_value());
+}
+
+TEST(Board, a_lost_worker_returns_its_cells_and_a_leaving_one_without_blame) {
+  Board board = board_of(1);
+  board.join(kAnn, 1);
+  board.lease(kAnn, 0ms);
+  board.leave(kAnn, Board::Parting::kGraceful);
+  board.join(kBob, 1);
+  const BoardTask second = *board.lease(kBob, 1ms);
+  EXPECT_EQ(second.attempt, 0u);
+  board.leave(kBob, Board::Parting::kLost);
+  board.join(kAnn, 1);
+  EXPECT_EQ(board.lease(kAnn, 2ms)->attempt, 1u);
+}
+
+TEST(Board, a_cell_that_failed_goes_alone) {
+  Board board = board_of(100, {.task_ms = 75});
+  board.join(kAnn, 1);
+  board.complete(board.lease(kAnn, 0ms)->cells[0], 10);
+  const BoardTask many = *board.lease(kAnn, 0ms);
+  ASSERT_EQ(many.cells.size(), 8u);
+  board.fail(many.lease, Board::Failure::kTransient);
+  const BoardTask alone = *board.lease(kAnn, 0ms);
+  EXPECT_EQ(alone.cells, std::vector<CellKey>{many.cells[0]});
+}
+
+TEST(Board, a_cell_lost_too_often_is_given_up) {
+  Board board = board_of(1);
+  for (int i = 0; i < 11; ++i) {
+    EXPECT_TRUE(board.take_given_up().empty()) << i;
+    board.join(kAnn, 1);
+    ASSERT_TRUE(board.lease(kAnn, 0ms).has_value()) << i;
+    board.leave(kAnn, Board::Parting::kLost);
+  }
+  EXPECT_EQ(board.take_given_up(), std::vector<CellKey>{root(0)});
+  EXPECT_TRUE(board.idle());
+}
+
+TEST(Board, a_cell_that_fails_for_a_reason_is_given_up_sooner) {
+  Board board = board_of(1);
+  board.join(kAnn, 1);
+  for (int i = 0; i < 3; ++i)
+    board.fail(board.lease(kAnn, 0ms)->lease, Board::Failure::kDeterministic);
+  EXPECT_EQ(board.take_given_up(), std::vector<CellKey>{root(0)});
+}
+
+TEST(Board, slow_cells_make_leases_longer) {
+  Board board = board_of(2);
+  board.join(kAnn, 1);
+  const BoardTask first = *board.lease(kAnn, 0ms);
+  board.complete(first.cells[0], 10'000);
+  board.finish(first.lease);
+  board.lease(kAnn, 0ms);
+  EXPECT_EQ(board.next_expiry(), std::optional<Millis>(80s));
+}
+
+TEST(Board, a_result_that_misses_a_cell_gives_it_back) {
+  Board board = board_of(1);
+  board.join(kAnn, 1);
+  const BoardTask task = *board.lease(kAnn, 0ms);
+  board.finish(task.lease);
+  EXPECT_EQ(board.pending_count(), 1u);
+  EXPECT_FALSE(board.holds(task.lease));
+}
+
+TEST(Estimate, a_steady_farm_is_told_right) {
+  Estimate estimate;
+  for (int i = 0; i < 1000; ++i) estimate.opened(0);
+  estimate.at(0ms);
+  ProgressFigures figures;
+  for (int i = 0; i < 200; ++i) {  // 20 cells a second
+    estimate.done({.depth = 0, .cost_ms = 100});
+    figures = estimate.at(50ms * (i + 1));
+  }
+  EXPECT_EQ(figures.cells_done, 200u);
+  EXPECT_EQ(figures.cells_open, 800u);
+  EXPECT_NEAR(figures.cells_per_second, 20, 0.5);
+  EXPECT_NEAR(figures.eta_s, 40, 1);
+}
+
+TEST(Estimate, splitting_to_come_is_counted) {
+  // Every root splits and no child does: three cells a root. After 50 of 100 roots with their
+  // children, a naive estimate would see 50 open cells; 150 are to come.
+  Estimate estimate;
+  for (int i = 0; i < 100; ++i) estimate.opened(0);
+  Millis now{0};
+  estimate.at(now);
+  for (int i = 0; i < 50; ++i) {
+    estimate.opened(1);
+    estimate.opened(1);
+    estimate.done({.depth = 0, .cost_ms = 100, .split = true});
+    estimate.done({.depth = 1, .cost_ms = 100});
+    estimate.done({.depth = 1, .cost_ms = 100});
+    now += 300ms;
+    estimate.at(now);
+  }
+  const ProgressFigures figures = estimate.at(now);
+  EXPECT_NEAR(figures.cells_expected, 300, 15);
+  EXPECT_NEAR(figures.eta_s, 15, 1.5);
+}
+
+TEST(Estimate, what_the_journal_gave_back_is_no_speed) {
+  Estimate estimate;
+  for (int i = 0; i < 10; ++i) estimate.opened(0);
+  for (int i = 0; i < 5; ++i) estimate.done({.depth = 0, .cost_ms = 10, .live = false});
+  estimate.at(0ms);
+  const ProgressFigures figures = estimate.at(10s);
+  EXPECT_EQ(figures.cells_done, 5u);
+  EXPECT_EQ(figures.cells_per_second, 0);
+  EXPECT_LT(figures.eta_s, 0);
+}
+
+}  // namespace pvsfarm

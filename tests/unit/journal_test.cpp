@@ -1,0 +1,161 @@
+// The journal keeps what it committed, in order, and refuses what is not its own.
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "coordinator/journal/journal.hpp"
+#include "coordinator/merger/merger.hpp"
+
+namespace pvsfarm {
+namespace {
+
+class JournalTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = testing::TempDir() + "journal-XXXXXX";
+    folder_ = mkdtemp(pattern.data());
+    path_ = folder_ + "/out.pvs.journal";
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  static JournalBinding bake(const std::string& name) {
+    return {DigestBuilder().add(name).finish(), name};
+  }
+  static ResultRow row(const CellKey& key, std::uint32_t hidden) {
+    VisibleSet set = VisibleSet::all(64);
+    set.remove_range(hidden, 64 - hidden);
+    return {key, encode(set), {.cpu_ms = 0.5 + hidden, .planes = hidden, .box_tests = 7}};
+  }
+  std::vector<ResultRow> rows(const Journal& journal) {
+    std::vector<ResultRow> out;
+    const Status status = journal.for_each([&](ResultRow r) {
+      out.push_back(std::move(r));
+      return Status();
+    });
+    EXPECT_TRUE(status.ok());
+    return out;
+  }
+
+  std::string folder_, path_;
+};
+
+}  // namespace
+
+TEST_F(JournalTest, rows_come_back_in_canonical_order) {
+  const std::vector<CellKey> keys{{0, 1}, {0, 2}, {0, 4}, {0, 5}, {0, 3}, {1, 1}, {300, 1}};
+  {
+    auto journal = Journal::open(path_, bake("a")).value();
+    for (std::size_t i = keys.size(); i-- > 0;)
+      ASSERT_TRUE(journal->append(row(keys[i], static_cast<std::uint32_t>(i))).ok());
+    ASSERT_TRUE(journal->commit().ok());
+  }
+  const auto journal = Journal::open(path_, bake("a")).value();
+  EXPECT_EQ(journal->row_count(), keys.size());
+  const std::vector<ResultRow> back = rows(*journal);
+  ASSERT_EQ(back.size(), keys.size());
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    EXPECT_EQ(back[i].key, keys[i]);
+    EXPECT_EQ(back[i].hidden, row(keys[i], static_cast<std::uint32_t>(i)).hidden);
+    EXPECT_EQ(back[i].statistics.cpu_ms, 0.5 + static_cast<double>(i));
+    EXPECT_EQ(back[i].statistics.box_tests, 7u);
+  }
+}
+
+TEST_F(JournalTest, what_was_not_committed_is_gone) {
+  {
+    auto journal = Journal::open(path_, bake("a")).value();
+    ASSERT_TRUE(journal->append(row({0, 1}, 1)).ok());
+    ASSERT_TRUE(journal->commit().ok());
+    ASSERT_TRUE(journal->append(row({1, 1}, 2)).ok());
+    EXPECT_EQ(journal->uncommitted(), 1u);
+    EXPECT_TRUE(journal->find({1, 1}).value().has_value());
+  }
+  const auto journal = Journal::open(path_, bake("a")).value();
+  EXPECT_TRUE(journal->find({0, 1}).value().has_value());
+  EXPECT_FALSE(journal->find({1, 1}).value().has_value());
+}
+
+TEST_F(JournalTest, another_bakes_journal_is_refused_untouched) {
+  {
+    auto journal = Journal::open(path_, bake("a")).value();
+    ASSERT_TRUE(journal->append(row({0, 1}, 1)).ok());
+    ASSERT_TRUE(journal->commit().ok());
+  }
+  const auto refused = Journal::open(path_, bake("b"));
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().kind, ErrorKind::kInvalidInput);
+  EXPECT_NE(refused.error().text.find("--fresh"), std::string::npos);
+  EXPECT_EQ(Journal::open(path_, bake("a")).value()->row_count(), 1u);
+  ASSERT_TRUE(Journal::discard(path_).ok());
+  EXPECT_EQ(Journal::open(path_, bake("b")).value()->row_count(), 0u);
+}
+
+TEST_F(JournalTest, a_second_coordinator_is_told_that_the_output_is_in_use) {
+  const auto journal = Journal::open(path_, bake("a")).value();
+  const auto second = Journal::open(path_, bake("a"));
+  ASSERT_FALSE(second.ok());
+  EXPECT_EQ(second.error().kind, ErrorKind::kIo);
+  EXPECT_NE(second.error().text.find("in use"), std::string::npos);
+}
+
+TEST_F(JournalTest, a_file_that_is_no_journal_is_refused_untouched) {
+  const std::string text =
+      "my precious notes, longer than a header of an SQLite database is: " + std::string(200, 'x');
+  std::ofstream(path_) << text;
+  const auto refused = Journal::open(path_, bake("a"));
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().kind, ErrorKind::kInvalidInput);
+  std::ifstream in(path_);
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(in), {}), text);
+}
+
+TEST_F(JournalTest, a_truncated_journal_never_gives_wrong_rows) {
+  {
+    auto journal = Journal::open(path_, bake("a")).value();
+    for (std::uint32_t i = 0; i < 500; ++i) ASSERT_TRUE(journal->append(row({i, 1}, i % 60)).ok());
+    ASSERT_TRUE(journal->commit().ok());
+  }
+  const auto size = std::filesystem::file_size(path_);
+  std::filesystem::resize_file(path_, size / 2 / 4096 * 4096);
+  const auto opened = Journal::open(path_, bake("a"));
+  if (!opened.ok()) return;
+  const Status read = (*opened)->for_each([](const ResultRow&) { return Status(); });
+  EXPECT_FALSE(read.ok());
+}
+
+TEST_F(JournalTest, a_folder_that_is_missing_is_an_io_error_naming_it) {
+  const auto refused = Journal::open(folder_ + "/no/such/out.pvs.journal", bake("a"));
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().kind, ErrorKind::kIo);
+  EXPECT_NE(refused.error().text.find("/no/such/"), std::string::npos);
+}
+
+TEST_F(JournalTest, the_kernel_is_remembered) {
+  {
+    auto journal = Journal::open(path_, bake("a")).value();
+    EXPECT_EQ(journal->kernel().value(), "");
+    ASSERT_TRUE(journal->set_kernel("algorithm 1, Mesa 22.3.6").ok());
+  }
+  EXPECT_EQ(Journal::open(path_, bake("a")).value()->kernel().value(), "algorithm 1, Mesa 22.3.6");
+}
+
+TEST_F(JournalTest, the_merger_merges_once_and_tells_copies_from_contradictions) {
+  Tree tree({VisibleSet::all(64), std::vector<std::uint32_t>(64, 1)},
+            {Cell::aligned({{0, 0, 0}, {1, 1, 1}})}, {});
+  auto journal = Journal::open(path_, bake("a")).value();
+  Merger merger(tree, *journal);
+  ResultRow foreign = row({0, 1}, 3);
+  foreign.hidden = encode(VisibleSet::all(65));
+  EXPECT_FALSE(merger.apply(foreign).ok());
+  EXPECT_EQ(merger.apply(row({0, 1}, 3)).value().outcome, MergeOutcome::kMerged);
+  EXPECT_EQ(merger.apply(row({0, 1}, 3)).value().outcome, MergeOutcome::kDuplicate);
+  EXPECT_EQ(merger.apply(row({0, 1}, 4)).value().outcome, MergeOutcome::kMismatch);
+  EXPECT_EQ(merger.apply(row({0, 2}, 3)).value().outcome, MergeOutcome::kStale);
+  EXPECT_EQ(merger.apply(row({9, 1}, 3)).value().outcome, MergeOutcome::kStale);
+  EXPECT_EQ(journal->row_count(), 1u);
+}
+
+}  // namespace pvsfarm
