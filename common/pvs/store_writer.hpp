@@ -4,7 +4,9 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/base/digest.hpp"
@@ -17,10 +19,19 @@
 namespace pvsfarm {
 
 struct StoreHeader {
-  UpAxis up = UpAxis::kZ;      // of the scene file: exports use its coordinates
+  UpAxis up = UpAxis::kZ;  // of the scene file: exports use its coordinates
   Digest scene_digest;
-  Digest bake_digest;          // scene, cells, settings and kernel: equal means equal bytes
-  std::string settings_json;   // for people: `inspect` prints it
+  Digest bake_digest;         // scene, cells, settings and kernel: equal means equal bytes
+  std::string settings_json;  // for people: `inspect` prints it
+};
+
+// What a store keeps of an object, so that it can be read without the scene.
+struct StoreObject {
+  std::string_view name;
+  Box box;
+  std::uint32_t triangle_count = 0;
+  std::uint32_t file_index = 0;
+  bool occluder = true, occludee = true, dynamic = false;
 };
 
 // One cell of the hierarchy. Nodes come in CellKey order: a parent before its children.
@@ -31,7 +42,7 @@ struct StoreNode {
   bool quarantined = false;  // never evaluated: keeps its parent's PVS, the bake is incomplete
   Cell cell;
   VisibleSet visible;
-  VisibleSet seen;           // certified seen; none(n) where no witnesses were sought
+  VisibleSet seen;  // certified seen; none(n) where no witnesses were sought
 };
 
 class StoreWriter {
@@ -39,7 +50,11 @@ class StoreWriter {
   // Writes beside `path` under a temporary name. Errors: kIo, naming the path.
   static Result<std::unique_ptr<StoreWriter>> create(const std::string& path,
                                                      const StoreHeader& header, const Scene& scene);
+  static Result<std::unique_ptr<StoreWriter>> create(const std::string& path,
+                                                     const StoreHeader& header,
+                                                     std::span<const StoreObject> objects);
   virtual ~StoreWriter() = default;  // without finish(): removes the temporary file
+  // Requires: nodes in canonical order, whole hierarchies, leaf exactly where no child follows.
   virtual Status add(const StoreNode& node) = 0;
   virtual Status finish() = 0;  // checksums, fsync, rename, fsync of the folder
 };

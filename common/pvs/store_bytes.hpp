@@ -1,0 +1,42 @@
+// Builds the bytes of a block: little endian, whatever the machine.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/geometry/vec.hpp"
+
+namespace pvsfarm {
+
+class ByteWriter {
+ public:
+  void put_u32(std::uint32_t value) { put(value, 4); }
+  void put_u64(std::uint64_t value) { put(value, 8); }
+  void put_f32(float value) { put_u32(std::bit_cast<std::uint32_t>(value)); }
+  void put_f64(double value) { put_u64(std::bit_cast<std::uint64_t>(value)); }
+  void put_vec3(const Vec3& v) {
+    for (int a = 0; a < 3; ++a) put_f64(v[a]);
+  }
+  void put_varint(std::uint64_t value) {  // LEB128
+    for (; value >= 0x80; value >>= 7) bytes_.push_back(static_cast<std::byte>(value | 0x80));
+    bytes_.push_back(static_cast<std::byte>(value));
+  }
+  void put_bytes(std::span<const std::byte> data) {
+    bytes_.insert(bytes_.end(), data.begin(), data.end());
+  }
+  void pad() { bytes_.resize((bytes_.size() + 7) & ~std::size_t{7}); }  // to 8 bytes, with zeros
+  std::size_t size() const { return bytes_.size(); }
+  std::span<const std::byte> bytes() const { return bytes_; }
+
+ private:
+  void put(std::uint64_t value, int count) {
+    for (int i = 0; i < count; ++i) bytes_.push_back(static_cast<std::byte>(value >> (8 * i)));
+  }
+
+  std::vector<std::byte> bytes_;
+};
+
+}  // namespace pvsfarm
