@@ -12,9 +12,9 @@ namespace pvsfarm {
 
 struct ImportOptions {
   std::string scene_path;
-  std::optional<UpAxis> up;     // default: y for glTF and GLB, z for the rest
-  std::string tags_path;        // "" for none; {"objects":[{"name","occluder", ...}]}
-  std::string occluders_path;   // "" for none; geometry that only occludes
+  std::optional<UpAxis> up = {};  // default: y for glTF and GLB, z for the rest
+  std::string tags_path = {};     // "" for none; {"objects":[{"name","occluder", ...}]}
+  std::string occluders_path = {};  // "" for none; geometry that only occludes
 };
 
 struct ImportedScene {

@@ -53,7 +53,7 @@ enum class OccluderShape : std::uint32_t {
 // A convex piece of matter that may block rays (theory 0.2, A.4). It never depends on a visible
 // set: leaving an occluder out is always safe.
 struct Occluder {
-  Box box;                         // of its points, without any ground extension
+  Box box = {};                    // of its points, without any ground extension
   double flatness = 0;             // kPolygon: largest distance of its matter from one plane
   std::uint64_t first_point = 0;   // into Scene::occluder_points()
   std::uint64_t first_owner = 0;   // into Scene::occluder_owners()
