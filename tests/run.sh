@@ -18,7 +18,7 @@ cmake --build build/release -j "$jobs"
 started=$SECONDS
 status=0
 ctest --test-dir build/release -j "$jobs" -LE "$left_out" --output-on-failure --no-tests=error \
-      --output-junit tests.xml "$@" 2>&1 | tee "$log" || status=$?
+      -W 70 --output-junit tests.xml "$@" 2>&1 | grep -v '^ *Start ' | tee "$log" || status=$?
 
 count() { sed -n "s/^[[:space:]]*$1=\"\([0-9]*\)\".*/\1/p" build/release/tests.xml | head -n 1; }
 echo

@@ -1,0 +1,140 @@
+// bench_accuracy: the measurements of docs/accuracy.md, one table row a call, so that a script can
+// lay them out (docs/make_accuracy.sh). Everything is seeded; processor time, not wall time, unless
+// it says otherwise.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+
+#include "coordinator/generate/write_scene.hpp"
+#include "tests/bench/bench_scene.hpp"
+#include "tests/bench/culling.hpp"
+#include "tests/bench/evaluation_speed.hpp"
+#include "tests/bench/farm_speed.hpp"
+
+namespace pvsfarm::bench {
+namespace {
+
+struct Options {
+  std::string generator = "city";
+  int size = 0;
+  double cell_size_m = 5;
+  std::size_t cells = 60;
+  std::uint64_t rays = 4'000'000;
+  std::uint64_t seed = 1;
+  EvaluatorSettings evaluator;
+  std::string bin_folder, work_folder;
+  int runs = 3;
+};
+
+Status print_culling(const Options& options) {
+  const auto scene = make_bench_scene(options.generator, options.size, options.cell_size_m);
+  if (!scene.ok()) return scene.error();
+  const std::vector<RootCell> cells = spread_sample(scene->cells, options.cells, options.seed);
+  const auto culling =
+      measure_culling(*scene, cells, options.evaluator, options.rays, options.seed);
+  if (!culling.ok()) return culling.error();
+  std::printf("| %s | %g | %zu of %zu | %.1f | %.1f | %.2f | %.2f | %llu |\n",
+              options.generator.c_str(), options.cell_size_m, cells.size(), scene->cells.size(),
+              culling->visible_objects, culling->culled_triangle_percent,
+              culling->pvs_over_seen_objects, culling->pvs_over_seen_triangles,
+              static_cast<unsigned long long>(culling->violations));
+  if (culling->violations > 0) return runtime_error("a ray saw an object declared hidden");
+  return {};
+}
+
+Status print_speed(const Options& options) {
+  const auto scene = make_bench_scene(options.generator, options.size, options.cell_size_m);
+  if (!scene.ok()) return scene.error();
+  const std::vector<RootCell> cells = spread_sample(scene->cells, options.cells, options.seed);
+  const auto speed = measure_evaluation(scene->scene, cells, options.evaluator);
+  if (!speed.ok()) return speed.error();
+  std::printf("| %s | %d | %.1f | %.1f | %.1f | `%.12s` |\n", to_string(options.evaluator.raster),
+              options.evaluator.resolution_px, speed->mean_ms(), speed->quantile_ms(0.5),
+              speed->quantile_ms(1), speed->results.hex().c_str());
+  return {};
+}
+
+// One and two workers in turn, `runs` times; of each the fastest, since disturbances only add.
+Status print_farm(const Options& options) {
+  namespace fs = std::filesystem;
+  fs::create_directories(options.work_folder);
+  const std::string scene_path = options.work_folder + "/scene.obj";
+  auto scene = make_bench_scene(options.generator, options.size, options.cell_size_m);
+  if (!scene.ok()) return scene.error();
+  const std::vector<RootCell> cells = spread_sample(scene->cells, options.cells, options.seed);
+  if (Status written = write_scene({std::move(scene->source), cells}, scene_path); !written.ok())
+    return written;
+
+  FarmRun best[2];
+  for (int i = 0; i < options.runs; ++i) {
+    for (const int workers : {1, 2}) {
+      const auto run = run_farm({.bin_folder = options.bin_folder,
+                                 .work_folder = options.work_folder,
+                                 .scene_path = scene_path,
+                                 .cells_path = options.work_folder + "/scene.cells.json",
+                                 .tags_path = options.work_folder + "/scene.tags.json",
+                                 .workers = workers});
+      if (!run.ok()) return run.error();
+      FarmRun& kept = best[workers - 1];
+      if (!best[0].store_hash.empty() && best[0].store_hash != run->store_hash)
+        return runtime_error("two bakes of the same scene wrote different bytes");
+      if (kept.store_hash.empty() || run->wall_ms < kept.wall_ms) kept = *run;
+    }
+  }
+  const double count = static_cast<double>(cells.size());
+  for (const int workers : {1, 2}) {
+    const FarmRun& run = best[workers - 1];
+    std::printf("| %d | %zu | %.1f | %.2f | %.2f | %.3f | `%.12s` |\n", workers, cells.size(),
+                run.wall_ms * 1e-3, best[0].wall_ms / run.wall_ms, run.worker_cpu_ms / count,
+                run.coordinator_cpu_ms / count, run.store_hash.c_str());
+  }
+  return {};
+}
+
+void add_scene_options(CLI::App& command, Options& options) {
+  command.add_option("--generator", options.generator, "city, closed-city, forest, rooms ...");
+  command.add_option("--size", options.size, "blocks, trees, rooms or tiles; 0: the default");
+  command.add_option("--cell-size", options.cell_size_m, "metres");
+  command.add_option("--cells", options.cells, "how many cells, spread over the scene");
+  command.add_option("--seed", options.seed, "of the sample and the rays");
+  const std::map<std::string, RasterKind> rasters{{"direct", RasterKind::kDirect},
+                                                  {"osmesa", RasterKind::kOsmesa}};
+  command.add_option("--raster", options.evaluator.raster, "direct or osmesa")
+      ->transform(CLI::CheckedTransformer(rasters));
+  command.add_option("--resolution", options.evaluator.resolution_px, "pixels a side of a map");
+}
+
+}  // namespace
+}  // namespace pvsfarm::bench
+
+int main(int argc, char** argv) {
+  using namespace pvsfarm;
+  using namespace pvsfarm::bench;
+  Options options;
+  Status (*run)(const Options&) = nullptr;
+  CLI::App app{"Measurements of docs/accuracy.md, one table row a call"};
+  app.require_subcommand(1);
+
+  CLI::App* culling = app.add_subcommand("culling", "what is culled, against rays");
+  add_scene_options(*culling, options);
+  culling->add_option("--rays", options.rays, "a cell");
+  culling->callback([&] { run = print_culling; });
+
+  CLI::App* speed = app.add_subcommand("speed", "processor time of evaluating a cell");
+  add_scene_options(*speed, options);
+  speed->callback([&] { run = print_speed; });
+
+  CLI::App* farm = app.add_subcommand("farm", "the real programs, one worker and two");
+  add_scene_options(*farm, options);
+  farm->add_option("--bin", options.bin_folder, "folder of the programs")->required();
+  farm->add_option("--work", options.work_folder, "folder for files")->required();
+  farm->add_option("--runs", options.runs, "of each; the fastest counts");
+  farm->callback([&] { run = print_farm; });
+
+  CLI11_PARSE(app, argc, argv);
+  const Status status = run(options);
+  if (status.ok()) return 0;
+  std::fprintf(stderr, "bench_accuracy: %s\n", status.error().text.c_str());
+  return static_cast<int>(status.error().kind);
+}

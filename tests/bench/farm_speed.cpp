@@ -1,0 +1,53 @@
+#include "tests/bench/farm_speed.hpp"
+
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "common/base/digest.hpp"
+#include "common/base/file.hpp"
+#include "tests/bench/process.hpp"
+
+namespace pvsfarm::bench {
+namespace fs = std::filesystem;
+
+Result<FarmRun> run_farm(const FarmRequest& request) {
+  const std::string folder = request.work_folder + "/w" + std::to_string(request.workers);
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  const std::string store = folder + "/out.pvs", endpoint = "ipc://" + folder + "/farm.sock";
+  const std::string log = folder + "/coordinator.log";
+
+  FarmRun run;
+  const double start_ms = wall_ms();
+  Result<Child> coordinator =
+      Child::start({request.bin_folder + "/pvsfarm", "coordinate", request.scene_path, "-o", store,
+                    "--cells", request.cells_path, "--tags", request.tags_path, "--bind", endpoint},
+                   log);
+  if (!coordinator.ok()) return coordinator.error();
+  std::vector<Child> workers;
+  for (int i = 0; i < request.workers; ++i) {
+    Result<Child> worker =
+        Child::start({request.bin_folder + "/pvsfarm-worker", "--connect", endpoint},
+                     folder + "/worker" + std::to_string(i) + ".log");
+    if (!worker.ok()) return worker.error();
+    workers.push_back(std::move(*worker));
+  }
+  const Child::Exit end = coordinator->wait();
+  run.wall_ms = wall_ms() - start_ms;
+  if (end.code != 0)
+    return runtime_error("the coordinator ended with " + std::to_string(end.code) + ": " + log);
+  run.coordinator_cpu_ms = end.cpu_ms;
+  for (Child& worker : workers) {
+    const Child::Exit exit = worker.wait();
+    if (exit.code != 0)
+      return runtime_error("a worker ended with " + std::to_string(exit.code) + ": " + folder);
+    run.worker_cpu_ms += exit.cpu_ms;
+  }
+  const auto bytes = read_file(store);
+  if (!bytes.ok()) return bytes.error();
+  run.store_hash = digest_of(std::as_bytes(std::span(*bytes))).hex();
+  return run;
+}
+
+}  // namespace pvsfarm::bench
