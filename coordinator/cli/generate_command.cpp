@@ -93,7 +93,8 @@ void add_others(CLI::App& generate, CommandContext& context) {
 }  // namespace
 
 void add_generate_command(CLI::App& app, CommandContext& context) {
-  CLI::App* generate = app.add_subcommand("generate", "a test scene, seeded, with its cells and tags");
+  CLI::App* generate =
+      app.add_subcommand("generate", "a test scene, seeded, with its cells and tags");
   generate->require_subcommand(1);
   generate->footer(
       "Beside NAME.obj or NAME.glb stand NAME.cells.json and NAME.tags.json. The same command "

@@ -32,9 +32,10 @@ inline constexpr FolderRow kFolders[] = {
     {"coordinator/generate", "common/base common/geometry common/scene common/cells"},
     {"coordinator/picture", "common/base common/geometry common/scene common/cells common/pvs"},
     {"coordinator/tree", "common/base common/geometry common/scene common/cells common/pvs"},
-    {"coordinator/board", "common/base common/geometry common/cells common/pvs"},
+    {"coordinator/board", "common/base common/geometry common/cells common/pvs coordinator/tree"},
     {"coordinator/merger",
-     "common/base common/geometry common/scene common/cells common/pvs coordinator/tree"},
+     "common/base common/geometry common/scene common/cells common/pvs coordinator/tree "
+     "coordinator/journal"},
     {"coordinator/journal", "common/base common/geometry common/scene common/cells common/pvs"},
     {"coordinator/service",
      "common/ coordinator/tree coordinator/board coordinator/merger coordinator/journal"},
