@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kFirstOccluders = 192;  // projected before anything is tested
 constexpr std::size_t kMostOccluders = 4096;  // projected in all
-constexpr int kSplits = 4;                    // Rule S, on what two passes left open
+constexpr int kSplits = 2;                    // Rule S, on what two passes left open
 
 }  // namespace
 

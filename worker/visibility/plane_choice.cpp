@@ -2,70 +2,65 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "worker/visibility/occludee_test.hpp"
 
 namespace pvsfarm {
 namespace {
 
-constexpr std::size_t kRankedForPlanes = 192;  // the largest occluders decide
-constexpr double kReuse = 0.35;                // a plane serves occluders within this ln-distance
+constexpr std::size_t kRankedForPlanes =
+    64;                              // the largest occluders say where the first plane goes
+constexpr double kFirstShare = 0.1;  // of their weight ends before it
+constexpr double kLastShare = 0.6;   // of the way to the farthest occludee: the last plane
+// The step from plane to plane is the smallest of these that spans the way. Written out, so that no
+// library's idea of a root can differ from machine to machine.
+constexpr double kSteps[] = {1.25, 1.4, 1.6, 1.8, 2.0, 2.3, 2.6, 3.0};
 
-// An occluder as the choice sees it: where it ends beyond the face, and how much it weighs.
 struct Wall {
-  double end;     // [units] distance of its far side beyond the face
+  double end;     // distance of its far side beyond the face
   double weight;  // solid angle
-  double served = 0;
 };
 
+// The largest occluders that lie before this face rather than off to its side.
 std::vector<Wall> walls_beyond(const CellFrame& frame, const LocalOccluders& occluders, Face face) {
   std::vector<Wall> walls;
-  const double hw = frame.half()[face.axis];
-  const std::size_t count = std::min(occluders.list.size(), kRankedForPlanes);
-  for (std::size_t i = 0; i < count; ++i) {
-    const Box& box = occluders.list[i].box;
-    const double a = face.sign * box.lo[face.axis], b = face.sign * box.hi[face.axis];
-    const double from = std::min(a, b) - hw, to = std::max(a, b) - hw;
-    if (!(to > 0)) continue;
-    // What lies off to the side of this face is the business of another.
-    double aside = HUGE_VAL;
-    for (const int axis : {face.u(), face.v()}) {
-      const double gap =
-          std::max({0.0, box.lo[axis] - frame.half()[axis], -box.hi[axis] - frame.half()[axis]});
-      aside = aside == HUGE_VAL ? gap : std::max(aside, gap);
-    }
-    if (aside > 1.5 * to) continue;
-    walls.push_back({std::max(to, 1e-9), occluders.list[i].solid_angle});
-    if (from > 0 && to > 1.5 * from) walls.push_back({from, occluders.list[i].solid_angle * 0.5});
+  const Vec3 half = frame.half();
+  for (const LocalOccluder& occluder : occluders.list) {
+    const Box& box = occluder.box;
+    const double end =
+        std::max(face.sign * box.lo[face.axis], face.sign * box.hi[face.axis]) - half[face.axis];
+    double aside = 0;
+    for (const int axis : {face.u(), face.v()})
+      aside = std::max({aside, box.lo[axis] - half[axis], -box.hi[axis] - half[axis]});
+    if (!(end > 0) || aside > end) continue;
+    walls.push_back({end, occluder.solid_angle});
+    if (walls.size() == kRankedForPlanes) break;
   }
   return walls;
 }
 
-double service(double end, double distance) {
-  const double t = std::log(distance / end) / kReuse;
-  return std::exp(-t * t);
+// Where the nearest of the large occluders end.
+double first_distance(std::vector<Wall>& walls) {
+  std::sort(walls.begin(), walls.end(), [](const Wall& a, const Wall& b) {
+    return a.end < b.end || (a.end == b.end && a.weight < b.weight);
+  });
+  double total = 0, passed = 0;
+  for (const Wall& wall : walls) total += wall.weight;
+  for (const Wall& wall : walls) {
+    passed += wall.weight;
+    if (passed >= kFirstShare * total) return wall.end;
+  }
+  return walls.back().end;
 }
 
-// Greedy: again and again the distance that serves most weight not yet served.
-std::vector<double> choose_distances(std::vector<Wall> walls, int count) {
-  std::vector<double> chosen;
-  while (static_cast<int>(chosen.size()) < count) {
-    double best = 0, best_gain = 0;
-    for (const Wall& candidate : walls) {
-      double gain = 0;
-      for (const Wall& wall : walls)
-        gain += wall.weight * std::max(0.0, service(wall.end, candidate.end) - wall.served);
-      if (gain > best_gain) {
-        best_gain = gain;
-        best = candidate.end;
-      }
-    }
-    if (best_gain <= 0) break;
-    for (Wall& wall : walls) wall.served = std::max(wall.served, service(wall.end, best));
-    chosen.push_back(best);
+double step_for(double first, double last, int count) {
+  for (const double step : kSteps) {
+    double at = first;
+    for (int i = 1; i < count; ++i) at *= step;
+    if (at >= last) return step;
   }
-  std::sort(chosen.begin(), chosen.end());
-  return chosen;
+  return std::end(kSteps)[-1];
 }
 
 // Shrinks the rectangle to where Projections of what lies behind the plane can fall.
@@ -98,9 +93,13 @@ std::vector<ProjectionPlane> choose_planes(const CellFrame& frame, const LocalOc
                                   face.sign * request.occludees.hi[face.axis]) -
                          hw;
     if (!(reach > 0)) continue;
-    const auto walls = walls_beyond(frame, occluders, face);
-    for (const double distance : choose_distances(walls, request.planes_per_face)) {
-      if (!(distance < reach) || !std::isfinite(distance)) continue;
+    auto walls = walls_beyond(frame, occluders, face);
+    if (walls.empty()) continue;
+    const double first = first_distance(walls), last = std::max(first, kLastShare * reach);
+    const double step = step_for(first, last, request.planes_per_face);
+    double distance = first;
+    for (int i = 0; i < request.planes_per_face; ++i, distance *= step) {
+      if (!(distance < reach) || (i > 0 && distance > last * step)) break;
       ProjectionPlane plane =
           square_plane(frame, face, distance, request.extent, request.resolution_px);
       fit_rectangle(plane, request.occludees);

@@ -1,0 +1,52 @@
+#include "worker/render/osmesa_context.hpp"
+
+#include <GL/osmesa.h>
+
+#include <cstdlib>
+
+#include "common/base/check.hpp"
+
+namespace pvsfarm {
+
+struct OsmesaContext::State {
+  OSMesaContext context = nullptr;
+  std::uint32_t unused_pixel = 0;  // the default framebuffer: drawing goes to framebuffer objects
+};
+
+OsmesaContext::OsmesaContext() : state_(std::make_unique<State>()) {
+  ::setenv("LP_NUM_THREADS", "0", 1);
+  // Two small shaders are not worth files in the user's home, which a container may not even have.
+  ::setenv("MESA_SHADER_CACHE_DISABLE", "true", 0);
+  const int attributes[] = {OSMESA_FORMAT,
+                            OSMESA_RGBA,
+                            OSMESA_PROFILE,
+                            OSMESA_CORE_PROFILE,
+                            OSMESA_CONTEXT_MAJOR_VERSION,
+                            4,
+                            OSMESA_CONTEXT_MINOR_VERSION,
+                            5,
+                            0};
+  state_->context = OSMesaCreateContextAttribs(attributes, nullptr);
+  PVS_CHECK(state_->context != nullptr);
+  make_current();
+}
+
+OsmesaContext::~OsmesaContext() { OSMesaDestroyContext(state_->context); }
+
+void OsmesaContext::make_current() {
+  PVS_CHECK(OSMesaMakeCurrent(state_->context, &state_->unused_pixel, GL_UNSIGNED_BYTE, 1, 1));
+}
+
+OsmesaContext::Address OsmesaContext::address(const char* name) const {
+  const Address found = OSMesaGetProcAddress(name);
+  PVS_CHECK(found != nullptr);
+  return found;
+}
+
+std::string OsmesaContext::mesa_version() {
+  const OsmesaContext context;
+  const auto get_string = context.load<const GLubyte* (*)(GLenum)>("glGetString");
+  return reinterpret_cast<const char*>(get_string(GL_VERSION));
+}
+
+}  // namespace pvsfarm

@@ -1,0 +1,38 @@
+// An off-screen OpenGL context on the CPU: Mesa's OSMesa with llvmpipe.
+//
+// Measured: contexts of one process share a rasteriser mutex, so there is one a process, without
+// threads of its own; context 4 ms, first shader 22 ms, 30 MiB.
+// Threads: create and use on one thread. The context of the last object made is current.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+namespace pvsfarm {
+
+class OsmesaContext {
+ public:
+  // Makes a 4.5 core context current. Aborts if the installed Mesa cannot: a broken installation.
+  OsmesaContext();
+  ~OsmesaContext();
+  OsmesaContext(const OsmesaContext&) = delete;
+  OsmesaContext& operator=(const OsmesaContext&) = delete;
+
+  void make_current();
+  // The address of a GL function: not every one is exported by the library.
+  template <class Function>
+  Function load(const char* name) const {
+    return reinterpret_cast<Function>(address(name));
+  }
+  // Version of the renderer; part of the kernel id, as another Mesa may rasterise differently.
+  static std::string mesa_version();
+
+ private:
+  using Address = void (*)();
+  Address address(const char* name) const;
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace pvsfarm
