@@ -107,7 +107,7 @@ void plates(Builder& b) {
 
 void slits(Builder& b) {
   for (double x : {3.0, 5.0, 8.0}) {
-    if (b.chance(0.3)) continue;
+    if (b.chance(0.6)) continue;
     const bool upright = b.chance(0.5);
     double at = -24;
     while (at < 24) {

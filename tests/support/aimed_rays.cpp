@@ -91,24 +91,14 @@ Vec3 sample_surface(const SourceObject& object, Random& random) {
   return a + (b - a) * u + (c - a) * v;
 }
 
-struct AimedRays::Aim {
-  const Cell& cell;
-  Box target;
-  Segment segment;
-};
-
 AimedRays::AimedRays(const SceneSource& source, const RayOracle& oracle)
     : source_(source), oracle_(oracle) {
   for (const SourceObject& object : source.objects) boxes_.push_back(box_of(object));
 }
 
-// Turns a blocked segment past an edge of its blocker: through a point just beside the edge, from
-// the same viewpoint, or towards the same target from another viewpoint. False: no such line.
-bool AimedRays::escape(const Aim& aim, const RayOracle::Hit& blocker, Random& random,
-                       Segment& segment) const {
-  const SourceObject& object = source_.objects[blocker.object];
-  const std::size_t pick =
-      random.next() & 1 ? blocker.triangle : random.below(object.triangles.size());
+bool escape(const BlockedAim& aim, Random& random, Segment& segment) {
+  const SourceObject& object = aim.blocker;
+  const std::size_t pick = random.next() & 1 ? aim.triangle : random.below(object.triangles.size());
   const auto& index = object.triangles[pick];
   const std::size_t k = random.below(3);
   const Vec3 a = object.vertices[index[k]], b = object.vertices[index[(k + 1) % 3]];
@@ -150,18 +140,16 @@ AimedReport AimedRays::search(const Cell& cell, std::span<const std::uint32_t> h
   for (std::size_t turn = 0; report.rays < rays; ++turn) {
     const std::uint32_t object = hidden[turn % hidden.size()];
     const Box& box = boxes_[object];
-    Aim aim{cell, box, {}};
-    aim.segment.from = sample_cell(cell, random);
+    Segment segment;
+    segment.from = sample_cell(cell, random);
     const std::uint64_t kind = random.below(8);
-    aim.segment.to = kind < 3   ? box.corner(static_cast<int>(random.below(8)))
-                     : kind < 5 ? sample_surface(source_.objects[object], random)
-                                : sample_box(box.lo, box.hi, static_cast<int>(kind) - 5, random);
-    auto blocker = cast(object, aim.segment);
+    segment.to = kind < 3   ? box.corner(static_cast<int>(random.below(8)))
+                 : kind < 5 ? sample_surface(source_.objects[object], random)
+                            : sample_box(box.lo, box.hi, static_cast<int>(kind) - 5, random);
+    auto blocker = cast(object, segment);
     for (int k = 0; blocker && k < kEscapesPerBlockedRay; ++k) {
-      Segment past;
-      if (!escape(aim, *blocker, random, past)) continue;
-      aim.segment = past;
-      blocker = cast(object, past);
+      const BlockedAim aim{cell, box, segment, source_.objects[blocker->object], blocker->triangle};
+      if (escape(aim, random, segment)) blocker = cast(object, segment);
     }
   }
   return report;

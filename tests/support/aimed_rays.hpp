@@ -30,6 +30,18 @@ struct AimedReport {
   std::vector<Violation> violations;  // the first of each object, at most kMaxViolations
 };
 
+// Turns a blocked segment past an edge of its blocker, the triangle `triangle` of `blocker` or
+// another of it: through a point just beside the edge, from the same viewpoint to `target`, or
+// towards the same point from another viewpoint of `cell`. False: no such line was found.
+struct BlockedAim {
+  const Cell& cell;
+  const Box& target;
+  Segment segment;
+  const SourceObject& blocker;
+  std::uint32_t triangle = 0;
+};
+bool escape(const BlockedAim& aim, Random& random, Segment& segment);
+
 class AimedRays {
  public:
   static constexpr std::size_t kMaxViolations = 16;
@@ -42,10 +54,6 @@ class AimedRays {
                      Random& random) const;
 
  private:
-  struct Aim;
-  bool escape(const Aim& aim, const RayOracle::Hit& blocker, Random& random,
-              Segment& segment) const;
-
   const SceneSource& source_;
   const RayOracle& oracle_;
   std::vector<Box> boxes_;
