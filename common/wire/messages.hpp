@@ -90,6 +90,7 @@ struct Heartbeat {
   };
   std::vector<Running> running;
   std::uint64_t resident_bytes = 0;
+  bool ready = false;  // the scene is there: tasks are welcome
 };
 struct HeartbeatAck {
   std::vector<LeaseId> renewed, cancelled;

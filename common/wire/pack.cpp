@@ -113,6 +113,7 @@ void pack(const Heartbeat& plain, proto::Heartbeat& message) {
     out.set_progress(running.progress);
   }
   message.set_resident_bytes(plain.resident_bytes);
+  message.set_ready(plain.ready);
 }
 
 void pack(const HeartbeatAck& plain, proto::HeartbeatAck& message) {

@@ -171,6 +171,7 @@ Status unpack(const proto::Heartbeat& in, Heartbeat& out) {
   for (const proto::Heartbeat::Running& running : in.running())
     out.running.push_back({LeaseId{running.lease()}, running.progress()});
   out.resident_bytes = in.resident_bytes();
+  out.ready = in.ready();
   return {};
 }
 

@@ -50,7 +50,7 @@ std::optional<BoardTask> Board::lease(WorkerId id, Millis now) {
       worker->second.leases.size() >= worker->second.slots * limits_.leases_per_slot)
     return std::nullopt;
 
-  BoardTask task{.lease = BoardLease{++last_lease_}};
+  BoardTask task{.lease = BoardLease{next_lease_++}};
   const std::size_t size = batch_size();
   while (!pending_.empty() && task.cells.size() < size) {
     const CellKey key = *pending_.begin();
@@ -78,14 +78,23 @@ bool Board::renew(BoardLease id, std::uint64_t progress, Millis now) {
   const auto found = leases_.find(id);
   if (found == leases_.end() || found->second.expired) return false;
   Lease& lease = found->second;
+  Worker& worker = workers_.at(lease.worker);
   if (progress > lease.progress) {
     lease.progress = progress;
-    for (const BoardLease other : workers_.at(lease.worker).leases) {
-      Lease& waiting = leases_.at(other);
-      if (other == id || waiting.progress == 0) waiting.expires = now + waiting.duration;
-    }
+    worker.advanced = now;
+    lease.expires = now + lease.duration;
+  } else if (progress == 0) {
+    lease.expires = std::max(lease.expires, worker.advanced + lease.duration);
   }
   return true;
+}
+
+void Board::release_expired(WorkerId id, const std::set<BoardLease>& still) {
+  const auto worker = workers_.find(id);
+  if (worker == workers_.end()) return;
+  const std::set<BoardLease> held = worker->second.leases;
+  for (const BoardLease lease : held)
+    if (leases_.at(lease).expired && still.count(lease) == 0) close(lease);
 }
 
 void Board::complete(const CellKey& key, double cost_ms) {

@@ -44,7 +44,10 @@ struct BoardTask {
 
 class Board {
  public:
-  explicit Board(const BoardLimits& limits = {}) : limits_(limits) {}
+  // Leases are numbered from `first_lease`: a coordinator that starts again must not use the
+  // numbers of its predecessor, whose results may still arrive.
+  explicit Board(const BoardLimits& limits = {}, std::uint64_t first_lease = 1)
+      : limits_(limits), next_lease_(first_lease) {}
 
   void add(const CellKey& key);  // an open cell
   void join(WorkerId worker, unsigned slots);
@@ -55,9 +58,12 @@ class Board {
   // The next cells for a worker, or none: it holds enough, or nothing is pending.
   // A cell that failed before goes alone, so that it fails alone.
   std::optional<BoardTask> lease(WorkerId worker, Millis now);
-  // Progress grows while a worker computes; 0: not begun. A lease not begun is renewed while
-  // another of its worker's advances. False: the lease is not held (any more).
+  // What a worker says it has. Progress grows while it computes; 0: not begun, which is renewed by
+  // the advance of what runs before it: tell of that first. False: the lease is not held (any
+  // more).
   bool renew(BoardLease lease, std::uint64_t progress, Millis now);
+  // What a worker has is all in `still`: leases that ran out and are not in it no longer count.
+  void release_expired(WorkerId worker, const std::set<BoardLease>& still);
   // A cell is done, through this lease or any other or none.
   void complete(const CellKey& key, double cost_ms);
   // The worker has nothing more to say of a lease; what is not complete is pending again.
@@ -90,6 +96,7 @@ class Board {
   struct Worker {
     unsigned slots = 1;
     bool draining = false;
+    Millis advanced{};  // when it last made progress
     std::set<BoardLease> leases;
   };
   struct Trouble {
@@ -102,7 +109,7 @@ class Board {
   void close(BoardLease id);
 
   BoardLimits limits_;
-  std::uint64_t last_lease_ = 0;
+  std::uint64_t next_lease_;
   double cost_ms_ = 0;  // moving mean of a cell; 0: none completed yet
   double slowest_ms_ = 0;
   std::size_t slots_ = 0;  // of all workers

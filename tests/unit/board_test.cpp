@@ -82,7 +82,10 @@ TEST(Board, progress_renews_a_lease_and_those_waiting_behind_it) {
   Board board = board_of(2);
   board.join(kAnn, 1);
   const BoardTask running = *board.lease(kAnn, 0ms), waiting = *board.lease(kAnn, 0ms);
-  for (int s = 10; s <= 100; s += 10) EXPECT_TRUE(board.renew(running.lease, s, s * 1s));
+  for (int s = 10; s <= 100; s += 10) {
+    EXPECT_TRUE(board.renew(running.lease, static_cast<std::uint64_t>(s), s * 1s));
+    EXPECT_TRUE(board.renew(waiting.lease, 0, s * 1s));
+  }
   EXPECT_TRUE(board.expire(129s).empty());
   EXPECT_EQ(board.expire(130s), (std::vector<BoardLease>{running.lease, waiting.lease}));
 }
@@ -91,8 +94,21 @@ TEST(Board, a_worker_stuck_with_a_lease_gets_no_more_than_before) {
   Board board = board_of(10);
   board.join(kAnn, 1);
   for (int i = 0; i < 2; ++i) board.lease(kAnn, 0ms);
-  board.expire(60s);
+  const std::vector<BoardLease> gone = board.expire(60s);
   EXPECT_FALSE(board.lease(kAnn, 60s).has_value());
+  board.release_expired(kAnn, {gone.begin(), gone.end()});  // it still has them
+  EXPECT_FALSE(board.lease(kAnn, 60s).has_value());
+  board.release_expired(kAnn, {});
+  EXPECT_TRUE(board.lease(kAnn, 60s).has_value());
+}
+
+TEST(Board, a_task_that_never_arrived_runs_out_though_its_worker_is_busy) {
+  Board board = board_of(2);
+  board.join(kAnn, 1);
+  const BoardTask running = *board.lease(kAnn, 0ms), lost = *board.lease(kAnn, 0ms);
+  for (int s = 10; s <= 100; s += 10)
+    board.renew(running.lease, static_cast<std::uint64_t>(s), s * 1s);
+  EXPECT_EQ(board.expire(100s), std::vector<BoardLease>{lost.lease});
 }
 
 TEST(Board, a_lost_worker_returns_its_cells_and_a_leaving_one_without_blame) {

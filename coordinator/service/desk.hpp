@@ -1,0 +1,150 @@
+// The coordinator's side of the exchange, without sockets and clocks: takes messages and the time,
+// gives messages. Sessions, leases, results, acknowledgements after the commit, blobs, status.
+// The service drives it with a Router and a journal; the simulation with neither.
+// Threads: one.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <memory>
+#include <set>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "common/wire/codec.hpp"
+#include "coordinator/board/board.hpp"
+#include "coordinator/board/estimate.hpp"
+#include "coordinator/merger/merger.hpp"
+
+namespace pvsfarm {
+
+struct DeskLimits {
+  Millis heartbeat{2'000};
+  Millis suspect{10'000};   // silent so long: given nothing more
+  Millis lost{60'000};      // silent so long: forgotten
+  Millis commit_delay{20};  // of the oldest result that waits for its commit
+  std::size_t commit_rows = 64;
+  std::size_t sessions = 4096;
+  std::size_t incoming_bytes = 512u << 20;  // of all results on their way in
+  BoardLimits board;
+};
+
+struct DeskSettings {
+  EvaluatorSettings evaluator;
+  Digest scene_digest;
+  std::span<const std::byte> scene;  // the bundle, for workers that fetch it
+  std::string scene_path;            // where workers of this machine may find it; "" for nowhere
+  int algorithm_version = kAlgorithmVersion;
+  std::string pinned_kernel;  // whose results the journal holds; "" for none yet
+  std::string output;         // for the status
+  std::uint64_t epoch = 1;    // drawn at the start; not 0
+  DeskLimits limits;
+};
+
+struct Outgoing {
+  std::string peer;
+  Envelope envelope;
+  Message message;
+};
+
+class Desk {
+ public:
+  // `tree` and `log` outlive the desk. The tree's open cells are what is to be done.
+  Desk(DeskSettings settings, Tree& tree, ResultLog& log, Estimate estimate, Millis now);
+
+  // Errors (fatal): the log failed.
+  Status receive(const std::string& peer, const Result<Decoded>& decoded, Millis now);
+  Status tick(Millis now);  // after every few messages, and not later than next_wake()
+  std::vector<Outgoing> take_outgoing();
+  Millis next_wake(Millis now) const;
+
+  void gone(const std::string& peer);        // its connection is no more
+  void worker_exited(std::uint32_t pid);     // a process of this machine has ended
+  void stop_leasing() { leasing_ = false; }  // for a drain or an interrupt
+  void say_shutdown();                       // to every worker
+
+  bool done() const { return board_.idle() && log_.uncommitted() == 0; }
+  bool quiet() const { return board_.leased_count() == 0 && log_.uncommitted() == 0; }
+  bool drain_asked() const { return drain_asked_; }
+  bool cancel_asked() const { return cancel_asked_; }
+  const std::string& pinned_kernel() const { return settings_.pinned_kernel; }
+  std::size_t session_count() const { return sessions_.size(); }
+  std::uint64_t sessions_seen() const { return last_worker_; }
+  std::uint64_t contradictions() const { return contradictions_; }
+  const std::vector<CellKey>& given_up() const { return given_up_; }
+  StatusReport status(Millis now);
+  std::vector<std::string> take_warnings() { return std::exchange(warnings_, {}); }
+
+ private:
+  struct Incoming {
+    ResultBegin head;
+    Bytes data;
+    bool broken = false;
+  };
+  struct Session {
+    WorkerId worker{};
+    std::uint64_t token = 0;
+    std::uint32_t minor = 0;
+    Hello hello;
+    Millis heard{}, sent{};
+    bool ready = false;
+    std::uint64_t cells_done = 0;
+    std::uint64_t resident_bytes = 0;
+    std::unique_ptr<Incoming> incoming;
+  };
+  struct PendingAck {
+    std::string peer;
+    ResultAck ack;
+  };
+
+  void reply(const std::string& peer, Message message);
+  void reject(const std::string& peer, RejectCode code, std::string text);
+  void drop(const std::string& peer, Board::Parting parting);
+  void warn(std::string text);
+
+  void on_hello(const std::string& peer, const Hello& hello, Millis now);
+  std::string refusal(const Hello& hello, RejectCode& code) const;
+  Status dispatch(const std::string& peer, Session& session, const Message& message, Millis now);
+  void on_heartbeat(const std::string& peer, Session& session, const Heartbeat& beat, Millis now);
+  void on_begin(Session& session, const ResultBegin& begin);
+  void on_chunk(Session& session, const ResultChunk& chunk);
+  Status on_end(const std::string& peer, Session& session, const ResultEnd& end, Millis now);
+  Status merge_all(const std::string& peer, Session& session, const Incoming& result, Millis now);
+  void note_merged(const ResultRow& row, const MergeAnswer& answer);
+  void on_failed(const Session& session, const TaskFailed& failed);
+  void on_blob_get(const std::string& peer, const BlobGet& get);
+
+  void hand_out(const std::string& peer, Session& session, Millis now);
+  Task task_message(const BoardTask& task);
+  ParentSet parent_message(const SharedSet& set, std::size_t& inline_bytes);
+  Status commit_if_due(Millis now);
+  void look_after_sessions(Millis now);
+
+  DeskSettings settings_;
+  Tree& tree_;
+  ResultLog& log_;
+  Merger merger_;
+  Board board_;
+  Estimate estimate_;
+  Digest kernel_id_;  // valid once a kernel is pinned
+  std::unordered_map<std::string, Session> sessions_;
+  std::map<WorkerId, std::string> peers_;
+  std::set<std::string> hungry_;  // could have had a task, but none was pending
+  std::map<Digest, std::weak_ptr<const Bytes>> parents_;  // sets that travel as blobs
+  std::vector<Outgoing> outgoing_;
+  std::vector<PendingAck> acks_;
+  std::vector<CellKey> given_up_;
+  std::vector<std::string> warnings_;
+  std::string last_error_;
+  Millis start_{}, oldest_uncommitted_{};
+  std::size_t incoming_bytes_ = 0;
+  std::uint64_t last_worker_ = 0;
+  std::uint64_t result_bytes_ = 0;
+  std::uint64_t contradictions_ = 0;
+  bool leasing_ = true;
+  bool drain_asked_ = false, cancel_asked_ = false;
+};
+
+}  // namespace pvsfarm

@@ -1,0 +1,320 @@
+// The whole exchange under virtual time: the real desk, board, tree and merger, the real
+// messengers and codec, a journal that forgets what it did not commit, and a network that loses,
+// repeats, delays and reorders. Workers die and hang, connections break, the coordinator crashes.
+// A failing seed replays: PVSFARM_SEED=N farm_simulation_test.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <map>
+#include <queue>
+
+#include "common/base/random.hpp"
+#include "coordinator/service/desk.hpp"
+#include "worker/service/messenger.hpp"
+
+namespace pvsfarm {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::uint32_t kObjects = 300;
+constexpr std::uint64_t kBudget = 900;
+
+// What the evaluator of this world hides: a fixed third of what is left at each depth.
+VisibleSet hidden_from(const CellKey& key, const VisibleSet& parent) {
+  VisibleSet hidden = parent;
+  parent.for_each([&](ObjectId id) {
+    Random hash(key.root * 1'000'003ull + key.path * 7919 + index_of(id));
+    if (hash.below(3) != 0) hidden.remove(id);
+  });
+  return hidden;
+}
+
+Tree new_tree() {
+  std::vector<Cell> roots;
+  for (int i = 0; i < 12; ++i) roots.push_back(Cell::aligned({{i * 8., 0, 0}, {i * 8. + 8, 8, 8}}));
+  return Tree({VisibleSet::all(kObjects), std::vector<std::uint32_t>(kObjects, 10)},
+              std::move(roots), {.budget_triangles = kBudget, .min_cell_m = 2});
+}
+
+using Rows = std::map<CellKey, Bytes>;
+
+Rows golden_rows() {
+  Rows rows;
+  Tree tree = new_tree();
+  while (tree.open_count() > 0)
+    for (const CellKey& key : tree.open_cells()) {
+      const VisibleSet hidden = hidden_from(key, tree.decoded_parent(key));
+      rows[key] = encode(hidden);
+      EXPECT_TRUE(tree.merge(key, hidden).ok());
+    }
+  return rows;
+}
+
+struct ForgetfulLog : ResultLog {
+  std::map<CellKey, ResultRow> committed, waiting;
+
+  Result<std::optional<Digest>> find(const CellKey& key) override {
+    for (const auto* rows : {&committed, &waiting})
+      if (const auto at = rows->find(key); at != rows->end())
+        return std::optional(delta_digest(key, at->second.hidden));
+    return std::optional<Digest>();
+  }
+  Status append(const ResultRow& row) override {
+    EXPECT_EQ(committed.count(row.key) + waiting.count(row.key), 0u) << "merged twice";
+    // A child's row must never be durable before its parent's.
+    if (!row.key.is_root()) {
+      EXPECT_EQ(committed.count(row.key.parent()) + waiting.count(row.key.parent()), 1u);
+    }
+    waiting[row.key] = row;
+    return {};
+  }
+  std::size_t uncommitted() const override { return waiting.size(); }
+  Status commit() override {
+    committed.merge(waiting);
+    waiting.clear();
+    return {};
+  }
+};
+
+struct Faults {
+  double lost = 0, repeated = 0, delayed = 0;
+  double worker_dies = 0, worker_hangs = 0, connection_breaks = 0,
+         coordinator_dies = 0;  // a second
+};
+
+struct SimulatedWorker {
+  std::string peer;
+  std::unique_ptr<Messenger> messenger;
+  std::optional<Job> job;
+  Millis job_ends{};
+  bool hangs = false;
+};
+
+struct Packet {
+  Millis time{};
+  std::uint64_t order = 0;
+  std::string peer;  // the worker's connection
+  bool to_worker = false;
+  Frames frames;
+  bool operator>(const Packet& other) const {
+    return std::tie(time, order) > std::tie(other.time, other.order);
+  }
+};
+
+std::span<const std::byte> view(const std::string& s) { return std::as_bytes(std::span(s)); }
+
+class Simulation {
+ public:
+  Simulation(std::uint64_t seed, const Faults& faults) : random_(seed), faults_(faults) {
+    start_coordinator();
+    workers_.resize(3);
+    for (SimulatedWorker& worker : workers_) start_worker(worker);
+  }
+
+  // Until the bake is done, or a virtual day is over.
+  bool run() {
+    Millis next_fault = 1s;
+    while (now_ < 24h) {
+      now_ += 5ms;
+      deliver();
+      for (SimulatedWorker& worker : workers_) step(worker);
+      EXPECT_TRUE(desk_->tick(now_).ok());
+      send_from_desk();
+      if (desk_->done()) return true;
+      if (now_ < next_fault) continue;
+      next_fault = now_ + 1s;
+      inject_faults();
+    }
+    return false;
+  }
+
+  const ForgetfulLog& log() const { return log_; }
+  const Desk& desk() const { return *desk_; }
+
+ private:
+  bool happens(double probability) { return random_.unit() < probability; }
+
+  void start_coordinator() {
+    tree_ = std::make_unique<Tree>(new_tree());
+    Merger merger(*tree_, log_);
+    Estimate estimate;
+    for (const auto& [key, row] : log_.committed) EXPECT_TRUE(merger.replay(row).ok());
+    for (const CellKey& key : tree_->open_cells()) estimate.opened(key.depth());
+    DeskSettings settings{.scene_digest = scene_, .epoch = ++epoch_};
+    settings.limits.board.attempts = 1'000;  // faults here are never the cell's
+    desk_ = std::make_unique<Desk>(settings, *tree_, log_, estimate, now_);
+  }
+
+  void start_worker(SimulatedWorker& worker) {
+    Hello hello;
+    hello.pid = static_cast<std::uint32_t>(++connections_);
+    for (std::uint8_t& b : hello.worker) b = static_cast<std::uint8_t>(random_.next());
+    worker = {.peer = std::to_string(connections_)};
+    worker.messenger = std::make_unique<Messenger>(hello, now_);
+  }
+
+  void post(Packet packet) {
+    if (happens(faults_.lost)) return;
+    const int copies = happens(faults_.repeated) ? 2 : 1;
+    for (int i = 0; i < copies; ++i) {
+      packet.time = now_ + 1ms + Millis(random_.below(20));
+      if (happens(faults_.delayed)) packet.time += Millis(random_.below(45'000));
+      packet.order = ++order_;
+      network_.push(packet);
+    }
+  }
+
+  void send_from_desk() {
+    for (Outgoing& out : desk_->take_outgoing())
+      post({.peer = out.peer, .to_worker = true, .frames = encode(out.envelope, out.message)});
+  }
+
+  void deliver() {
+    while (!network_.empty() && network_.top().time <= now_) {
+      const Packet packet = network_.top();
+      network_.pop();
+      const Result<Decoded> decoded = decode(view(packet.frames.header), view(packet.frames.body));
+      ASSERT_TRUE(decoded.ok());
+      if (!packet.to_worker) {
+        EXPECT_TRUE(desk_->receive(packet.peer, decoded, now_).ok());
+        send_from_desk();
+        continue;
+      }
+      for (SimulatedWorker& worker : workers_)
+        if (worker.peer == packet.peer) {
+          check_ack(decoded->message);
+          worker.messenger->receive(decoded, now_);
+        }
+    }
+  }
+
+  // What was acknowledged is durable.
+  void check_ack(const Message& message) {
+    const auto* ack = std::get_if<ResultAck>(&message);
+    if (ack == nullptr || ack->outcome == ResultOutcome::kResend) return;
+    EXPECT_NE(ack->outcome, ResultOutcome::kMismatch);
+    for (const CellKey& key : cells_of_[ack->lease]) EXPECT_EQ(log_.committed.count(key), 1u);
+  }
+
+  void step(SimulatedWorker& worker) {
+    Messenger& messenger = *worker.messenger;
+    if (messenger.take_scene_request()) messenger.scene_ready();
+    if (!worker.job) {
+      worker.job = messenger.take_job();
+      if (worker.job) {
+        const auto cells = static_cast<std::uint64_t>(worker.job->task.cells.size());
+        worker.job_ends = now_ + Millis(cells * (5 + random_.below(60)));
+      }
+    }
+    if (worker.job) {
+      const auto left = static_cast<std::uint64_t>((worker.job_ends - now_).count());
+      const std::uint64_t progress = worker.hangs ? 1 : 1'000'000'000 - left;
+      messenger.set_progress(Running{worker.job->task.lease, progress}, 0);
+      if (!worker.hangs && now_ >= worker.job_ends) finish(worker);
+    }
+    messenger.tick(now_);
+    while (auto out = messenger.next_outgoing())
+      post({.peer = worker.peer, .frames = encode(out->envelope, out->message)});
+    EXPECT_FALSE(messenger.leaving().has_value()) << messenger.leaving()->text;
+  }
+
+  void finish(SimulatedWorker& worker) {
+    const Task& task = worker.job->task;
+    JobResult result{.lease = task.lease};
+    for (const TaskCell& cell : task.cells) {
+      const ParentSet& from = task.parents[cell.parent];
+      const VisibleSet parent =
+          from.all ? VisibleSet::all(kObjects) : decode_visible_set(from.set, kObjects).value();
+      const std::vector<std::byte> hidden = encode(hidden_from(cell.key, parent));
+      result.deltas.push_back({cell.key, hidden.size(), {.cpu_ms = 10}});
+      result.hidden.insert(result.hidden.end(), hidden.begin(), hidden.end());
+      cells_of_[task.lease].push_back(cell.key);
+    }
+    worker.job.reset();
+    worker.messenger->finished(std::move(result));
+  }
+
+  void inject_faults() {
+    if (happens(faults_.coordinator_dies)) {
+      log_.waiting.clear();
+      start_coordinator();
+      for (SimulatedWorker& worker : workers_) worker.peer = std::to_string(++connections_);
+    }
+    for (SimulatedWorker& worker : workers_) {
+      if (happens(faults_.worker_dies)) {
+        if (happens(0.5)) desk_->gone(worker.peer);  // else nobody tells
+        start_worker(worker);
+      }
+      if (happens(faults_.connection_breaks)) worker.peer = std::to_string(++connections_);
+      if (happens(faults_.worker_hangs)) worker.hangs = !worker.hangs;
+    }
+  }
+
+  Random random_;
+  Faults faults_;
+  Millis now_{0};
+  Digest scene_ = DigestBuilder().add("scene").finish();
+  ForgetfulLog log_;
+  std::unique_ptr<Tree> tree_;
+  std::unique_ptr<Desk> desk_;
+  std::vector<SimulatedWorker> workers_;
+  std::priority_queue<Packet, std::vector<Packet>, std::greater<>> network_;
+  std::map<LeaseId, std::vector<CellKey>> cells_of_;
+  std::uint64_t connections_ = 0, order_ = 0, epoch_ = 0;
+};
+
+void expect_golden(const ForgetfulLog& log) {
+  static const Rows golden = golden_rows();
+  Rows rows;
+  for (const auto& [key, row] : log.committed) rows[key] = row.hidden;
+  EXPECT_EQ(rows.size(), golden.size());
+  EXPECT_TRUE(rows == golden);
+}
+
+void run_seeds(const Faults& faults, std::uint64_t count) {
+  std::uint64_t first = 1;
+  if (const char* seed = std::getenv("PVSFARM_SEED")) {
+    first = std::strtoull(seed, nullptr, 10);
+    count = 1;
+  }
+  for (std::uint64_t seed = first; seed < first + count; ++seed) {
+    SCOPED_TRACE(::testing::Message() << "PVSFARM_SEED=" << seed);
+    Simulation simulation(seed, faults);
+    ASSERT_TRUE(simulation.run()) << "not done within a virtual day";
+    expect_golden(simulation.log());
+    EXPECT_TRUE(simulation.desk().given_up().empty());
+    EXPECT_EQ(simulation.desk().contradictions(), 0u);
+    if (testing::Test::HasFailure()) return;
+  }
+}
+
+}  // namespace
+
+TEST(FarmSimulation, the_world_is_worth_simulating) {
+  const Rows golden = golden_rows();
+  EXPECT_GT(golden.size(), 100u);
+  EXPECT_GT(golden.rbegin()->first.root, 10u);
+}
+
+TEST(FarmSimulation, without_faults) { run_seeds({}, 20); }
+TEST(FarmSimulation, messages_are_lost) { run_seeds({.lost = 0.05}, 40); }
+TEST(FarmSimulation, messages_are_repeated) { run_seeds({.repeated = 0.2}, 40); }
+TEST(FarmSimulation, messages_are_late_and_out_of_order) { run_seeds({.delayed = 0.05}, 40); }
+TEST(FarmSimulation, workers_die) { run_seeds({.worker_dies = 0.1}, 40); }
+TEST(FarmSimulation, workers_hang) { run_seeds({.worker_hangs = 0.02}, 40); }
+TEST(FarmSimulation, connections_break) { run_seeds({.connection_breaks = 0.1}, 40); }
+TEST(FarmSimulation, the_coordinator_dies) { run_seeds({.coordinator_dies = 0.2}, 40); }
+TEST(FarmSimulation, everything_at_once) {
+  run_seeds({.lost = 0.01,
+             .repeated = 0.05,
+             .delayed = 0.01,
+             .worker_dies = 0.02,
+             .worker_hangs = 0.01,
+             .connection_breaks = 0.02,
+             .coordinator_dies = 0.02},
+            100);
+}
+
+}  // namespace pvsfarm
