@@ -114,7 +114,8 @@ Findings document_paths(const SourceTree& tree) {
         if (target.ends_with('/')) target.pop_back();
         std::string base = folder;
         while (target.starts_with("../")) target.erase(0, 3), base = folder_of(base);
-        if (!known.contains(base.empty() ? target : base + "/" + target))
+        if (!base.empty()) target.insert(0, base + "/");
+        if (!known.contains(target))
           found.push_back({file.path, number, (*it)[1].str() + " does not exist"});
       }
     };
