@@ -21,8 +21,7 @@ mkdir -p "$demo"
 "$bin/pvsfarm" generate city --blocks "$blocks" --seed 1 -o "$demo/city.glb"
 
 step "Baking it on two local workers"
-"$bin/pvsfarm" bake "$demo/city.glb" -o "$demo/city.pvs" --cells "$demo/city.cells.json" \
-  --tags "$demo/city.tags.json" --workers 2
+"$bin/pvsfarm" bake "$demo/city.glb" -o "$demo/city.pvs" --cells "$demo/city.cells.json" --workers 2
 
 step "What came out"
 "$bin/pvsfarm" inspect "$demo/city.pvs" --picture "$demo/city.png"
