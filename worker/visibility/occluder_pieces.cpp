@@ -83,34 +83,30 @@ bool legal_for_cell(const Scene& scene, const Occluder& occluder, const CellFram
 }
 
 void add_local(const Scene& scene, const Occluder& occluder, const CellFrame& frame,
-               double ground_depth, LocalOccluders& out) {
+               double ground_depth, double solid_angle, LocalOccluders& out) {
   LocalOccluder local;
   local.source = &occluder;
   local.first_point = static_cast<std::uint32_t>(out.points.size());
   local.solid = occluder.shape == OccluderShape::kSolid;
   local.flatness = occluder.flatness;
+  local.solid_angle = solid_angle;
   const auto points = scene.points(occluder);
   const std::uint32_t base = ground_depth > 0 ? occluder.base_points : 0;
+  const Vec3 down{0, 0, ground_depth};
+  if (local.solid && occluder.is_box && frame.aligned()) {
+    local.box_shaped = true;
+    local.box.add(frame.local_from_world(base > 0 ? occluder.box.lo - down : occluder.box.lo));
+    local.box.add(frame.local_from_world(occluder.box.hi));
+    out.list.push_back(local);
+    return;
+  }
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     const Vec3 p = frame.local_from_world(points[i]);
     if (i >= base || !occluder.is_prism) out.points.push_back(p);
-    if (i < base)
-      out.points.push_back(frame.local_from_world(points[i] - Vec3{0, 0, ground_depth}));
+    if (i < base) out.points.push_back(frame.local_from_world(points[i] - down));
   }
   local.point_count = static_cast<std::uint32_t>(out.points.size()) - local.first_point;
   for (std::size_t i = local.first_point; i < out.points.size(); ++i) local.box.add(out.points[i]);
-  local.box_shaped = local.solid && occluder.is_box && frame.aligned();
-  // Solid angle: the faces of the box as seen from the cell's centre, by area and cosine.
-  const Vec3 size = occluder.box.size(), center = (local.box.lo + local.box.hi) * 0.5;
-  Vec3 toward(0);
-  for (int a = 0; a < 3; ++a) {
-    const double gap = std::max({0.0, local.box.lo[a], -local.box.hi[a]});
-    toward[a] = std::min(std::abs(center[a]), gap);
-  }
-  const double distance = std::max(length(toward), 1e-3 + 0.25 * length(frame.half()));
-  const double area = size.y * size.z * std::abs(toward.x) + size.x * size.z * std::abs(toward.y) +
-                      size.x * size.y * std::abs(toward.z);
-  local.solid_angle = area / (distance * distance * distance);
   out.list.push_back(local);
 }
 

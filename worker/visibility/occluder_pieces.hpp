@@ -21,10 +21,11 @@ struct LocalOccluder {
   const Occluder* source = nullptr;
   Box box;                                         // of its points, ground extension included
   std::uint32_t first_point = 0, point_count = 0;  // into LocalOccluders::points
-  bool solid = false;       // hull of the points is matter; else a polygon in order
-  bool box_shaped = false;  // solid and an axis-aligned box of this very frame: `box` says it all
-  double flatness = 0;      // polygons
-  double solid_angle = 0;   // [sr] roughly, seen from the cell's centre
+  bool solid = false;  // hull of the points is matter; else a polygon in order
+  bool box_shaped =
+      false;  // solid, an axis-aligned box of this very frame: `box` says it all, no points
+  double flatness = 0;     // polygons
+  double solid_angle = 0;  // [sr] roughly, from the cell's centre
 };
 
 struct LocalOccluders {
@@ -44,7 +45,7 @@ bool legal_for_cell(const Scene& scene, const Occluder& occluder, const CellFram
 // Adds the occluder in local coordinates; solids on the ground reach down by `ground_depth` > 0
 // (phantom matter, theory 0.3), or not at all for 0.
 void add_local(const Scene& scene, const Occluder& occluder, const CellFrame& frame,
-               double ground_depth, LocalOccluders& out);
+               double ground_depth, double solid_angle, LocalOccluders& out);
 
 // One convex piece in plane coordinates, all of it at z <= 0 or all at z >= 0 if solid.
 struct Piece {

@@ -1,20 +1,20 @@
 #include "worker/visibility/occluder_ranking.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace pvsfarm {
 namespace {
 
-// An upper bound, cheap enough for every occluder of the scene: the diagonal squared over the
-// distance squared of the box.
-double solid_angle_bound(const Box& box, const Box& cell) {
-  double gap_squared = 0;
-  for (int a = 0; a < 3; ++a) {
-    const double gap = std::max({0.0, box.lo[a] - cell.hi[a], cell.lo[a] - box.hi[a]});
-    gap_squared += gap * gap;
-  }
+// The faces of the box as seen from `eye`, by area and cosine, over the distance squared.
+double solid_angle_of(const Box& box, const Vec3& eye, double least_distance) {
   const Vec3 size = box.size();
-  return dot(size, size) / std::max(gap_squared, 1e-12);
+  Vec3 toward(0);
+  for (int a = 0; a < 3; ++a) toward[a] = std::max({0.0, box.lo[a] - eye[a], eye[a] - box.hi[a]});
+  const double distance = std::max(length(toward), least_distance);
+  const double area =
+      size.y * size.z * toward.x + size.x * size.z * toward.y + size.x * size.y * toward.z;
+  return area / (distance * distance * distance);
 }
 
 }  // namespace
@@ -25,23 +25,67 @@ bool owner_in(const Scene& scene, const Occluder& occluder, const VisibleSet& ca
   return false;
 }
 
-void rank_occluders(const Scene& scene, const CellFrame& frame, const VisibleSet& candidates,
-                    const RankingRequest& request, LocalOccluders& out) {
-  out.list.clear();
-  out.points.clear();
-  const Box cell = frame.world_bounds();
-  for (const Occluder& occluder : scene.occluders()) {
-    if (solid_angle_bound(occluder.box, cell) < request.least_solid_angle) continue;
-    if (!owner_in(scene, occluder, candidates)) continue;
-    if (!legal_for_cell(scene, occluder, frame, request.near_m)) continue;
-    add_local(scene, occluder, frame, request.ground_depth, out);
-    if (out.list.back().solid_angle < request.least_solid_angle) {
-      out.points.resize(out.list.back().first_point);
-      out.list.pop_back();
-    }
+OccluderRanking::OccluderRanking(const Scene& scene) : scene_(scene) {
+  const auto occluders = scene.occluders();
+  std::vector<std::uint32_t> ball_of(occluders.size(), 0);
+  for (std::uint32_t i = 0; i < occluders.size(); ++i) {
+    if (occluders[i].face_of >= 0) continue;
+    const Vec3 center = occluders[i].box.center();
+    ball_of[i] = static_cast<std::uint32_t>(balls_.size());
+    balls_.push_back(
+        {{static_cast<float>(center.x), static_cast<float>(center.y), static_cast<float>(center.z)},
+         static_cast<float>(0.5 * length(occluders[i].box.size())),
+         i,
+         0,
+         0});
   }
-  std::stable_sort(out.list.begin(), out.list.end(),
-                   [](const auto& a, const auto& b) { return a.solid_angle > b.solid_angle; });
+  for (const Occluder& o : occluders)
+    if (o.face_of >= 0) ++balls_[ball_of[o.face_of]].face_count;
+  std::uint32_t next = 0;
+  for (Ball& ball : balls_) {
+    ball.first_face = next;
+    next += ball.face_count;
+    ball.face_count = 0;
+  }
+  faces_.resize(next);
+  for (std::uint32_t i = 0; i < occluders.size(); ++i) {
+    if (occluders[i].face_of < 0) continue;
+    Ball& ball = balls_[ball_of[occluders[i].face_of]];
+    faces_[ball.first_face + ball.face_count++] = i;
+  }
+}
+
+void OccluderRanking::rank(const CellFrame& frame, const VisibleSet& candidates,
+                           double least_solid_angle, std::size_t sorted,
+                           std::vector<RankedOccluder>& out) const {
+  out.clear();
+  const Box cell = frame.world_bounds();
+  const Vec3 eye = cell.center();
+  const double cell_radius = 0.5 * length(cell.size());
+  const double least_distance = 1e-3 + 0.5 * cell_radius;
+  const auto consider = [&](std::uint32_t index) {
+    const Occluder& occluder = scene_.occluders()[index];
+    if (!owner_in(scene_, occluder, candidates)) return;
+    const double solid_angle = solid_angle_of(occluder.box, eye, least_distance);
+    if (solid_angle >= least_solid_angle) out.push_back({index, solid_angle});
+  };
+  for (const Ball& ball : balls_) {
+    const double dx = ball.center[0] - eye.x, dy = ball.center[1] - eye.y,
+                 dz = ball.center[2] - eye.z;
+    // No box in a ball of radius r at distance d spans more than about 4 (r / (d - r))^2.
+    const double squared = dx * dx + dy * dy + dz * dz, reach = ball.radius + cell_radius;
+    const double size = 4.0 * ball.radius * ball.radius;
+    if (size < least_solid_angle * (0.5 * squared - reach * reach)) continue;
+    consider(ball.index);
+    if (squared <= 4 * reach * reach)
+      for (std::uint32_t f = 0; f < ball.face_count; ++f) consider(faces_[ball.first_face + f]);
+  }
+  const auto larger = [](const RankedOccluder& a, const RankedOccluder& b) {
+    return a.solid_angle > b.solid_angle || (a.solid_angle == b.solid_angle && a.index < b.index);
+  };
+  const auto middle = out.begin() + static_cast<std::ptrdiff_t>(std::min(sorted, out.size()));
+  std::nth_element(out.begin(), middle, out.end(), larger);
+  std::sort(out.begin(), middle, larger);
 }
 
 }  // namespace pvsfarm

@@ -1,25 +1,45 @@
-// Which occluders are worth projecting from a cell, largest first.
+// Which occluders are worth projecting from a cell.
 //
 // Source: Durand 2000, 5.1 (solid angle); theory A.13. Any choice is sound.
 #pragma once
+
+#include <cstdint>
+#include <vector>
 
 #include "common/pvs/visible_set.hpp"
 #include "worker/visibility/occluder_pieces.hpp"
 
 namespace pvsfarm {
 
-struct RankingRequest {
-  double near_m = 0;
-  double ground_depth = 0;       // see add_local
-  double least_solid_angle = 0;  // [sr] smaller ones cannot cover a pixel
-};
-
-// Every occluder that is legal for the cell, large enough, and owned by an object of `candidates`
-// or by one that only occludes; by falling solid angle, ties in scene order.
-void rank_occluders(const Scene& scene, const CellFrame& frame, const VisibleSet& candidates,
-                    const RankingRequest& request, LocalOccluders& out);
-
 // Whether an object that may still be visible, or one that only occludes, owns the occluder.
 bool owner_in(const Scene& scene, const Occluder& occluder, const VisibleSet& candidates);
+
+struct RankedOccluder {
+  std::uint32_t index = 0;  // into Scene::occluders()
+  double solid_angle = 0;   // [sr] roughly, of its box from the cell's centre
+};
+
+// The scene's occluders, laid out for being looked at whole for every cell.
+// Threads: const after construction.
+class OccluderRanking {
+ public:
+  explicit OccluderRanking(const Scene& scene);
+
+  // Every occluder of at least `least_solid_angle` that an object of `candidates`, or one that
+  // only occludes, owns; the `sorted` largest first, by falling solid angle, then the rest in any
+  // order. Faces of solids come only where the cell may meet their solid.
+  void rank(const CellFrame& frame, const VisibleSet& candidates, double least_solid_angle,
+            std::size_t sorted, std::vector<RankedOccluder>& out) const;
+
+ private:
+  struct Ball {
+    float center[3], radius;
+    std::uint32_t index, face_count;  // its faces follow it in faces_
+    std::uint32_t first_face;
+  };
+  const Scene& scene_;
+  std::vector<Ball> balls_;           // of every occluder but faces of solids
+  std::vector<std::uint32_t> faces_;  // occluder indices, by solid
+};
 
 }  // namespace pvsfarm

@@ -34,6 +34,8 @@ void OcclusionMap::reset(const ProjectionPlane& plane) {
   PVS_CHECK(std::has_single_bit(static_cast<unsigned>(plane.resolution_px)));
   PVS_CHECK_LE(plane.resolution_px, kMaxResolutionPx);
   plane_ = plane;
+  per_px_ = 1 / plane.px;
+  per_py_ = 1 / plane.py;
   level_count_ = std::bit_width(static_cast<unsigned>(plane.resolution_px));
   levels_max_.resize(level_count_);
   levels_min_.resize(level_count_ - 1);
@@ -58,15 +60,16 @@ void OcclusionMap::build_pyramids() {
   }
 }
 
-// Rounding of the division is at most 2^-40 pixel; callers widen their rectangles by more.
+// Rounding of the product is at most 2^-40 pixel; callers widen their rectangles by more.
+// Requires numbers, not NaN.
 OcclusionMap::Range OcclusionMap::touched(const PlaneRect& rect) const {
-  const int last = plane_.resolution_px - 1;
-  const auto pixel = [last](double at, double from, double size) {
-    const double i = std::floor((at - from) / size);
-    return static_cast<int>(std::clamp(i, -1.0, last + 1.0));
+  const double side = plane_.resolution_px;
+  const auto pixel = [side](double pixels) {
+    if (pixels < 0) return -1;
+    return static_cast<int>(pixels < side ? pixels : side);
   };
-  return {pixel(rect.x0, plane_.x0, plane_.px), pixel(rect.y0, plane_.y0, plane_.py),
-          pixel(rect.x1, plane_.x0, plane_.px), pixel(rect.y1, plane_.y0, plane_.py)};
+  return {pixel((rect.x0 - plane_.x0) * per_px_), pixel((rect.y0 - plane_.y0) * per_py_),
+          pixel((rect.x1 - plane_.x0) * per_px_), pixel((rect.y1 - plane_.y0) * per_py_)};
 }
 
 bool OcclusionMap::covered_in(int level, int i, int j, const Range& range, float depth) const {

@@ -48,6 +48,7 @@ class OcclusionMap {
   bool covered_in(int level, int i, int j, const Range& range, float depth) const;
 
   ProjectionPlane plane_;
+  double per_px_ = 1, per_py_ = 1;
   int level_count_ = 0;
   std::vector<std::vector<float>> levels_max_;  // [0] is the map itself
   std::vector<std::vector<float>> levels_min_;  // [k] belongs to max level k + 1
