@@ -107,9 +107,9 @@ CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const Visibl
   delta.statistics.planes = static_cast<std::uint32_t>(planes.size());
 
   // 3. The largest occluders against all objects.
-  HierarchyTest test{scene, frame, std::span(s.maps).first(planes.size())};
+  HierarchyTest test(scene, frame, std::span(s.maps).first(planes.size()));
   s.project_from(frame, 0, planes.size(), delta.statistics);
-  test.run(open);
+  test.run(open, 0);
 
   // 4. The occluders that are not hidden themselves against what is left, this time by parts.
   const std::size_t drawn = s.occluders.list.size();
@@ -119,9 +119,8 @@ CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const Visibl
     else
       ++delta.statistics.occluders_skipped;
   s.project_from(frame, drawn, planes.size(), delta.statistics);
-  test.splits = kSplits;
-  test.run(open);
-  delta.statistics.box_tests = test.box_tests;
+  test.run(open, kSplits);
+  delta.statistics.box_tests = test.box_tests();
 
   delta.hidden.remove_all(open);
   return delta;

@@ -4,17 +4,11 @@ namespace pvsfarm {
 
 // Rule P on every map that is not yet known to be futile; `useful` loses those found futile.
 bool HierarchyTest::hidden(const Box& local_box, MapMask& useful) {
-  for (std::size_t m = useful._Find_first(); m < maps.size(); m = useful._Find_next(m)) {
-    ++box_tests;
-    switch (test_box(maps[m], local_box)) {
-      case PlaneAnswer::kHidden:
-        return true;
-      case PlaneAnswer::kFutile:
-        useful.reset(m);
-        break;
-      case PlaneAnswer::kUnknown:
-        break;
-    }
+  for (std::size_t m = useful._Find_first(); m < maps_.size(); m = useful._Find_next(m)) {
+    ++box_tests_;
+    const PlaneAnswer answer = test_box(maps_[m], local_box);
+    if (answer == PlaneAnswer::kHidden) return true;
+    if (answer == PlaneAnswer::kFutile) useful.reset(m);
   }
   return false;
 }
@@ -34,9 +28,9 @@ bool HierarchyTest::hidden_by_parts(const Box& local_box, MapMask useful, int sp
 }
 
 void HierarchyTest::visit(std::uint32_t index, MapMask useful, VisibleSet& open) {
-  const BvhNode& node = scene.bvh()[index];
+  const BvhNode& node = scene_.bvh()[index];
   if (node.box.empty() || !open.any_in(node.first, node.count)) return;
-  if (hidden(frame.local_around_world(node.box), useful)) {
+  if (hidden(frame_.local_around_world(node.box), useful)) {
     open.remove_range(node.first, node.count);
     return;
   }
@@ -49,14 +43,15 @@ void HierarchyTest::visit(std::uint32_t index, MapMask useful, VisibleSet& open)
   for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
     const ObjectId id{i};
     if (!open.contains(id)) continue;
-    if (hidden_by_parts(frame.local_around_world(scene.object(id).box), useful, splits))
+    if (hidden_by_parts(frame_.local_around_world(scene_.object(id).box), useful, splits_))
       open.remove(id);
   }
 }
 
-void HierarchyTest::run(VisibleSet& open) {
+void HierarchyTest::run(VisibleSet& open, int splits) {
+  splits_ = splits;
   MapMask all;
-  for (std::size_t m = 0; m < maps.size(); ++m) all.set(m);
+  for (std::size_t m = 0; m < maps_.size(); ++m) all.set(m);
   visit(0, all, open);
 }
 

@@ -15,20 +15,27 @@ namespace pvsfarm {
 inline constexpr int kMaxMaps = 96;  // six faces, sixteen planes each
 using MapMask = std::bitset<kMaxMaps>;
 
-struct HierarchyTest {
-  const Scene& scene;
-  const CellFrame& frame;
-  std::span<const OcclusionMap> maps;
-  int splits = 0;  // Rule S: an object's box is halved at most so many times in a row
-  std::uint32_t box_tests = 0;
+// Threads: one object, one thread; made anew for every cell.
+class HierarchyTest {
+ public:
+  HierarchyTest(const Scene& scene, const CellFrame& frame, std::span<const OcclusionMap> maps)
+      : scene_(scene), frame_(frame), maps_(maps) {}
 
-  // Removes from `open` every object proved hidden.
-  void run(VisibleSet& open);
+  // Removes from `open` every object proved hidden. Rule S: an object's box is halved up to
+  // `splits` times in a row.
+  void run(VisibleSet& open, int splits);
+  std::uint32_t box_tests() const { return box_tests_; }
 
  private:
   bool hidden(const Box& local_box, MapMask& useful);
   bool hidden_by_parts(const Box& local_box, MapMask useful, int splits_left);
   void visit(std::uint32_t node, MapMask useful, VisibleSet& open);
+
+  const Scene& scene_;
+  const CellFrame& frame_;
+  std::span<const OcclusionMap> maps_;
+  int splits_ = 0;
+  std::uint32_t box_tests_ = 0;
 };
 
 }  // namespace pvsfarm
