@@ -159,16 +159,15 @@ Result<StoredNode> StoreReader::node(std::uint32_t index) {
                .hi = vec3_of(info.hi)}};
 }
 
-Result<VisibleSet> StoreReader::read_set(std::uint32_t index, bool seen) {
+Result<StoredSets> StoreReader::sets(std::uint32_t index) {
   if (Status status = verify_node(index); !status) return status.error();
-  std::vector<std::uint64_t> words(store_->word_count);
-  const pvs_set which = seen ? PVS_SEEN : PVS_VISIBLE;
-  if (pvs_read_set(store_.get(), index, which, words.data()) != PVS_OK) return node_damage(index);
-  return VisibleSet::from_words(object_count(), std::move(words));
+  std::vector<std::uint64_t> visible(store_->word_count), seen(store_->word_count);
+  if (pvs_read_set(store_.get(), index, PVS_VISIBLE, visible.data()) != PVS_OK ||
+      pvs_read_set(store_.get(), index, PVS_SEEN, seen.data()) != PVS_OK)
+    return node_damage(index);
+  return StoredSets{VisibleSet::from_words(object_count(), std::move(visible)),
+                    VisibleSet::from_words(object_count(), std::move(seen))};
 }
-
-Result<VisibleSet> StoreReader::visible(std::uint32_t index) { return read_set(index, false); }
-Result<VisibleSet> StoreReader::seen(std::uint32_t index) { return read_set(index, true); }
 
 Result<std::vector<std::uint32_t>> StoreReader::leaves_at(const Vec3& point) {
   // Which blocks the search touches is known only after it; a damaged one could hide a cell.

@@ -30,6 +30,10 @@ struct StoredNode {
   Cell cell;
 };
 
+struct StoredSets {
+  VisibleSet visible, seen;
+};
+
 struct StoreSizes {
   std::uint64_t geometry_bytes = 0;  // the cells themselves
   std::uint64_t set_bytes = 0;       // their sets: dictionaries and rows
@@ -56,8 +60,7 @@ class StoreReader {
   // Names are views of the file. Errors of this and all that follow: kInvalidInput (damaged).
   Result<std::vector<StoreObject>> objects();
   Result<StoredNode> node(std::uint32_t index);  // Requires: index < node_count()
-  Result<VisibleSet> visible(std::uint32_t index);
-  Result<VisibleSet> seen(std::uint32_t index);
+  Result<StoredSets> sets(std::uint32_t index);  // the same
   // All leaf cells that hold `point` (z up), ascending.
   Result<std::vector<std::uint32_t>> leaves_at(const Vec3& point);
 
@@ -70,7 +73,6 @@ class StoreReader {
   Status verify_all();
   Status verify_node(std::uint32_t index);
   Error node_damage(std::uint32_t index) const;
-  Result<VisibleSet> read_set(std::uint32_t index, bool seen);
 
   std::string path_;
   std::unique_ptr<pvs_store> store_;

@@ -22,7 +22,7 @@ class Validation {
 
   Status check_digest();
   Status check_node(const StoredNode& node);
-  Status check_sets(const StoredNode& node, VisibleSet& visible);
+  Status check_sets(const StoredNode& node, const StoredSets& sets);
   Status check_location();
   Error wrong(const StoredNode& node, const std::string& what) const;
 
@@ -70,14 +70,9 @@ Status Validation::check_node(const StoredNode& node) {
   return {};
 }
 
-Status Validation::check_sets(const StoredNode& node, VisibleSet& visible) {
-  Result<VisibleSet> read = reader_.visible(node.index);
-  if (!read) return read.error();
-  const Result<VisibleSet> seen = reader_.seen(node.index);
-  if (!seen) return seen.error();
-  visible = std::move(*read);
-  if (!seen->subset_of(visible)) return wrong(node, "has seen what is not visible");
-  if (!ancestors_.empty() && !visible.subset_of(ancestors_.back().visible))
+Status Validation::check_sets(const StoredNode& node, const StoredSets& sets) {
+  if (!sets.seen.subset_of(sets.visible)) return wrong(node, "has seen what is not visible");
+  if (!ancestors_.empty() && !sets.visible.subset_of(ancestors_.back().visible))
     return wrong(node, "sees what its parent does not");
   return {};
 }
@@ -92,17 +87,16 @@ Status Validation::check_location() {
     located[node] = true;
   }
   if (located != is_root_) return reader_.damage("the location of points", offset);
-  // And each is found: a corner of a closed cell is in it.
+  // And each is found.
   for (std::uint32_t i = 0; i < is_root_.size(); ++i) {
     if (!is_root_[i]) continue;
     const Result<StoredNode> root = reader_.node(i);
     if (!root) return root.error();
-    pvs_status status = PVS_OK;
     std::uint32_t count = 0;
     const Vec3 center = file_from_internal(reader_.header().up, root->cell.center());
     const double p[3] = {center.x, center.y, center.z};
-    status = pvs_find(&raw_, p, nullptr, 0, &count);
-    if (status != PVS_OK || count == 0) return wrong(*root, "cannot be located");
+    if (pvs_find(&raw_, p, nullptr, 0, &count) != PVS_OK || count == 0)
+      return wrong(*root, "cannot be located");
   }
   return {};
 }
@@ -115,9 +109,10 @@ Status Validation::run() {
     const Result<StoredNode> node = reader_.node(i);
     if (!node) return node.error();
     if (Status status = check_node(*node); !status) return status;
-    VisibleSet visible;
-    if (Status status = check_sets(*node, visible); !status) return status;
-    ancestors_.push_back({*node, std::move(visible)});
+    Result<StoredSets> sets = reader_.sets(i);
+    if (!sets) return sets.error();
+    if (Status status = check_sets(*node, *sets); !status) return status;
+    ancestors_.push_back({*node, std::move(sets->visible)});
   }
   if (leaf_count_ != reader_.leaf_count())
     return reader_.damage("the number of leaves", raw_.size - PVS_TAIL_BYTES + PVS_TAIL_LEAVES);

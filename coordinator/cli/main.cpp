@@ -2,10 +2,8 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <exception>
 #include <filesystem>
 #include <iostream>
@@ -46,6 +44,10 @@ LogLevel log_level(int verbosity) {
 void add_commands(CLI::App& app, CommandContext& context) {
   add_generate_command(app, context);
   add_inspect_command(app, context);
+  add_query_command(app, context);
+  add_export_command(app, context);
+  add_validate_command(app, context);
+  add_diff_command(app, context);
 }
 
 // What is wrong with the command line, in one line.
@@ -73,10 +75,8 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv) {
 
 // Data that did not reach stdout is an error, not a shorter answer.
 Status flush_stdout() {
-  errno = 0;
   if (std::cout.flush() && std::fflush(stdout) == 0) return {};
-  return io_error(std::string("standard output: cannot write: ") +
-                  (errno != 0 ? std::strerror(errno) : "closed"));
+  return io_error("standard output: cannot write (disk full or closed?)");
 }
 
 int run(int argc, char** argv) {

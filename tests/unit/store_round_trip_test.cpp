@@ -55,9 +55,10 @@ void expect_same_nodes(StoreReader& reader, const SampleStore& written) {
     RC_ASSERT((a->parent == -1) == b.key.is_root());
     if (a->parent >= 0)
       RC_ASSERT(written.nodes[static_cast<std::size_t>(a->parent)].key == b.key.parent());
-    const auto visible = reader.visible(i), seen = reader.seen(i);
-    RC_ASSERT(visible.ok() && *visible == b.visible);
-    RC_ASSERT(seen.ok() && *seen == b.seen);
+    const auto sets = reader.sets(i);
+    RC_ASSERT(sets.ok());
+    RC_ASSERT(sets->visible == b.visible);
+    RC_ASSERT(sets->seen == b.seen);
   }
 }
 
@@ -101,7 +102,7 @@ TEST(Store, sets_in_many_chunks_are_found) {
   auto reader = StoreReader::open(folder.file("a.pvs"));
   ASSERT_TRUE(reader.ok());
   for (std::uint32_t i = 0; i < (*reader)->node_count(); i += 97)
-    EXPECT_EQ(*(*reader)->visible(i), store.nodes[i].visible);
+    EXPECT_EQ((*reader)->sets(i)->visible, store.nodes[i].visible);
   EXPECT_TRUE(validate_store(folder.file("a.pvs")).ok());
 }
 
