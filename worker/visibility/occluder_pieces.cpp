@@ -120,6 +120,7 @@ bool slab(const Box& box, double from, double to, Piece& piece) {
   piece.solid = piece.box_shaped = true;
   piece.point_count = 8;
   piece.cut_edge = -1;
+  for (int k = 0; k < 8; ++k) piece.points[k] = piece.box.corner(k);
   return piece.box.lo.z <= piece.box.hi.z;
 }
 

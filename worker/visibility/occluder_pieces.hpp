@@ -51,7 +51,7 @@ void add_local(const Scene& scene, const Occluder& occluder, const CellFrame& fr
 struct Piece {
   int point_count = 0;
   bool solid = false;
-  bool box_shaped = false;  // `box` is the piece
+  bool box_shaped = false;  // the piece is `box`, the points its corners (Box::corner)
   Box box;                  // plane frame
   double flatness = 0;
   // polygons: the edge from this point to the next is a cut, made at z = cut_z; -1: uncut.

@@ -41,10 +41,6 @@ void make_images(const Piece& piece, const ProjectionPlane& plane, double frame_
   images.margin = images.rounding + 1e-6 * std::min(plane.px, plane.py);
 }
 
-void box_corners(Piece& piece) {
-  for (int k = 0; k < 8; ++k) piece.points[k] = piece.box.corner(k);
-}
-
 class Builder {
  public:
   Builder(const Images& images, const ProjectionPlane& plane, CoverageList& out)
@@ -143,21 +139,13 @@ bool add_loop_view(const Images& images, int kx, int ky, const Piece& piece,
 
 }  // namespace
 
-bool project(const Piece& given, const ProjectionPlane& plane, double frame_scale,
+bool project(const Piece& piece, const ProjectionPlane& plane, double frame_scale,
              CoverageList& out) {
-  static thread_local Piece corners;  // box-shaped pieces carry no points: made here
-  const Piece* piece = &given;
-  if (given.box_shaped) {
-    corners.point_count = 8;
-    corners.box = given.box;
-    box_corners(corners);
-    piece = &corners;
-  }
   Images images;
-  make_images(*piece, plane, frame_scale, images);
+  make_images(piece, plane, frame_scale, images);
 
   // The common rectangle of the eight views: cheap, and empty for most distant occluders.
-  const int n = piece->point_count;
+  const int n = piece.point_count;
   double x0 = plane.x0, x1 = plane.x1(), y0 = plane.y0, y1 = plane.y1();
   for (int k = 0; k < 4; ++k) {
     const auto [xa, xb] = std::minmax_element(images.x[k], images.x[k] + n);
@@ -174,19 +162,19 @@ bool project(const Piece& given, const ProjectionPlane& plane, double frame_scal
   for (int view = 0; view < 8; ++view) {
     const int front = (view >> 2) * 2, kx = (view & 1) + front, ky = ((view >> 1) & 1) + front;
     bool full = true;
-    if (given.box_shaped) {
+    if (piece.box_shaped) {
       add_box_view(images, kx, ky, builder);
-    } else if (given.solid) {
+    } else if (piece.solid) {
       full = add_hull_view(images, kx, ky, n, builder);
     } else {
-      full = add_loop_view(images, kx, ky, given, plane, builder);
+      full = add_loop_view(images, kx, ky, piece, plane, builder);
     }
     if (!full) {
       out.half_planes.resize(first);
       return false;
     }
   }
-  const double deepest = piece->box.hi.z + (given.solid ? 0.0 : 2 * given.flatness);
+  const double deepest = piece.box.hi.z + (piece.solid ? 0.0 : 2 * piece.flatness);
   const double rounding = 0x1p-46 * (std::abs(deepest) + plane.distance + frame_scale);
   out.coverages.push_back({x0, y0, x1, y1, float_not_below(deepest + rounding), first,
                            static_cast<std::uint32_t>(out.half_planes.size()) - first});
