@@ -1,42 +1,74 @@
 #include "common/scene/occluder_models.hpp"
 
-#include <optional>
+#include <algorithm>
+
+#include "common/scene/box_runs.hpp"
+#include "common/scene/convex_solid.hpp"
+#include "common/scene/coplanar_faces.hpp"
+#include "common/scene/mesh_components.hpp"
 
 namespace pvsfarm {
 namespace {
 
-// An axis-aligned box: eight points, two values a coordinate, twelve triangles.
-std::optional<Box> as_box(const Mesh& mesh) {
-  if (mesh.vertices.size() != 8 || mesh.triangles.size() != 12) return std::nullopt;
-  Box box;
-  for (const Vec3& p : mesh.vertices) box.add(p);
-  for (const Vec3& p : mesh.vertices)
-    for (int a = 0; a < 3; ++a)
-      if (p[a] != box.lo[a] && p[a] != box.hi[a]) return std::nullopt;
-  return box;
+Occluder solid_kind(const ConvexSolid& solid) {
+  Occluder kind;
+  kind.shape = OccluderShape::kSolid;
+  kind.flatness = solid.shrink;
+  kind.base_points = static_cast<std::uint32_t>(solid.base_points);
+  kind.is_box = solid.is_box;
+  kind.is_prism = solid.is_prism;
+  return kind;
+}
+
+void add_faces(const Mesh& mesh, std::span<const MeshTriangle> triangles, Occluder kind,
+               ObjectId owner, OccluderSet& set) {
+  for (const FlatPolygon& polygon : merge_coplanar(mesh, triangles)) {
+    kind.flatness = polygon.flatness;
+    set.add(kind, polygon.points, {&owner, 1});
+  }
+}
+
+// How far the members reach beyond the run, as a distance.
+double overreach(const BoxRun& run, std::span<const Box> boxes) {
+  Box all;
+  for (const std::uint32_t member : run.members) all.add(boxes[member]);
+  return length(run.box.lo - all.lo) + length(all.hi - run.box.hi);
 }
 
 }  // namespace
 
-void model_occluders(const Mesh& mesh, ObjectId owner, bool two_sided, double ground,
-                     OccluderSet& set) {
-  std::int32_t solid = -1;
-  if (const std::optional<Box> box = as_box(mesh); box && two_sided) {
-    Occluder kind;
-    kind.shape = OccluderShape::kSolid;
-    kind.is_box = kind.is_prism = 1;
-    if (box->lo.z <= ground) kind.base_points = 4;
-    std::array<Vec3, 8> corners;
-    for (int k = 0; k < 8; ++k) corners[k] = box->corner(k);
-    solid = set.add(kind, corners, {&owner, 1});
+void model_object(const Mesh& mesh, ObjectId owner, bool two_sided, double ground,
+                  OccluderSet& set) {
+  for (const MeshComponent& component : split_components(mesh, two_sided)) {
+    Occluder face;
+    face.one_sided = !two_sided;
+    face.closed = !two_sided && component.closed_outward && is_star_shaped(mesh, component);
+    if (const auto solid = convex_solid(mesh, component, ground))
+      face.face_of = set.add(solid_kind(*solid), solid->points, {&owner, 1});
+    add_faces(mesh, component.triangles, face, owner, set);
   }
-  for (const MeshTriangle& t : mesh.triangles) {
-    const std::array<Vec3, 3> p{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
-    if (cross(p[1] - p[0], p[2] - p[0]) == Vec3(0.0)) continue;
-    Occluder kind;
-    kind.one_sided = !two_sided;
-    kind.face_of = solid;
-    set.add(kind, p, {&owner, 1});
+}
+
+void model_box_runs(double ground, OccluderSet& set) {
+  std::vector<Box> boxes;
+  std::vector<ObjectId> owners;
+  for (const Occluder& occluder : set.occluders) {
+    if (!occluder.is_box) continue;
+    boxes.push_back(occluder.box);
+    owners.push_back(set.owners[occluder.first_owner]);
+  }
+  for (const BoxRun& run : find_box_runs(boxes)) {
+    ConvexSolid solid;
+    for (int k = 0; k < 8; ++k) solid.points.push_back(run.box.corner(k));
+    solid.base_points = run.box.lo.z <= ground ? 4 : 0;
+    solid.is_box = solid.is_prism = true;
+    std::vector<ObjectId> run_owners;
+    for (const std::uint32_t member : run.members) run_owners.push_back(owners[member]);
+    std::sort(run_owners.begin(), run_owners.end());
+    run_owners.erase(std::unique(run_owners.begin(), run_owners.end()), run_owners.end());
+    // With one owner its box may hold more than the run's boxes: say how far those reach instead.
+    if (run_owners.size() == 1) solid.shrink = overreach(run, boxes);
+    set.add(solid_kind(solid), solid.points, run_owners);
   }
 }
 

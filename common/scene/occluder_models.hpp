@@ -1,4 +1,5 @@
-// The occluder models of one object: convex solids, and the faces of everything as flat polygons.
+// The occluder models of a scene: convex solids, the faces of everything as flat polygons, and
+// rows of boxes joined. What cannot be proved to be matter is left out.
 #pragma once
 
 #include "common/scene/mesh.hpp"
@@ -6,9 +7,13 @@
 
 namespace pvsfarm {
 
-// Appends the occluders of `mesh` to `set`. What cannot be proved is left out.
+// Appends the occluders of one object to `set`.
 // Requires: the object may block rays and does not move.
-void model_occluders(const Mesh& mesh, ObjectId owner, bool two_sided, double ground,
-                     OccluderSet& set);
+void model_object(const Mesh& mesh, ObjectId owner, bool two_sided, double ground,
+                  OccluderSet& set);
+
+// Appends the runs of touching boxes among the solids of `set`, each owned by all its members'
+// objects.
+void model_box_runs(double ground, OccluderSet& set);
 
 }  // namespace pvsfarm

@@ -46,7 +46,9 @@ enum class OccluderShape : std::uint32_t {
   // A flat convex polygon, or a disc of triangles within `flatness` of a plane: the points are its
   // boundary in order, counter-clockwise seen from the front, seen convex.
   kPolygon = 0,
-  // A convex solid: the hull of the points lies in matter. Legal for cells that do not meet it.
+  // A convex solid: the hull of the points lies in matter. Legal for cells that do not meet that
+  // matter: see `flatness`. With several owners the hull lies in the union of solids that each
+  // reach farther: legal for cells that meet no owner's box (ObjectRecord::box).
   kSolid = 1,
 };
 
@@ -54,11 +56,15 @@ enum class OccluderShape : std::uint32_t {
 // set: leaving an occluder out is always safe.
 struct Occluder {
   Box box = {};                    // of its points, without any ground extension
-  double flatness = 0;             // kPolygon: largest distance of its matter from one plane
+  // kPolygon: largest distance of its matter from one plane.
+  // kSolid: how far its matter may reach beyond its points; a cell that keeps this far off the
+  // points does not meet the matter. 0 for the exact box of one component.
+  double flatness = 0;
   std::uint64_t first_point = 0;   // into Scene::occluder_points()
   std::uint64_t first_owner = 0;   // into Scene::occluder_owners()
   std::uint32_t point_count = 0;
-  std::uint32_t owner_count = 0;   // objects whose matter it is; several where solids were merged
+  // Objects whose matter it is; several where exact boxes were merged.
+  std::uint32_t owner_count = 0;
   // kSolid: so many leading points are its base, at height box.lo.z <= ground(), and the solid has
   // no overhang: lowering copies of them to any depth adds only phantom matter (theory 0.3). 0: no.
   std::uint32_t base_points = 0;

@@ -117,8 +117,9 @@ Result<std::vector<std::byte>> build_bundle(const SceneSource& source) {
   for (std::uint32_t id = 0; id < meshes.size(); ++id) {
     const ObjectRecord& object = sections.objects[id];
     if (object.occluder && !object.dynamic)
-      model_occluders(meshes[id], ObjectId{id}, object.two_sided, sections.ground, set);
+      model_object(meshes[id], ObjectId{id}, object.two_sided, sections.ground, set);
   }
+  model_box_runs(sections.ground, set);
 
   // 4. Hierarchy, and all of it as bytes.
   const std::vector<BvhNode> bvh = build_bvh(sections.objects, order.morton);
