@@ -21,8 +21,8 @@ void PrintTo(const NamedScene& scene, std::ostream* out) { *out << scene.name; }
 namespace {
 
 constexpr std::uint64_t kRaysPerCell = 100'000;
-constexpr std::size_t kSampledCells = 48;
-constexpr std::size_t kSampledCellsOsmesa = 6;
+constexpr std::size_t kSampledCells = 96;
+constexpr std::size_t kSampledCellsOsmesa = 8;
 constexpr std::uint64_t kSeed = 20;
 
 bool full() { return std::getenv("PVSFARM_FULL") != nullptr; }
