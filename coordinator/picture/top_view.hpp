@@ -34,7 +34,7 @@ struct TopView {
   std::string value_label = "visible objects of a cell";  // below the colour scale
   std::vector<TopViewObject> objects;
   std::vector<TopViewCell> cells;
-  int width_px = 1600;  // [limit] 400 to 8000; the height follows from the scene
+  int width_px = 1600;  // [limit] 400 to 4000; the height follows from the scene
 };
 
 std::array<Vec2, 4> footprint_of(const Box& box);
