@@ -101,7 +101,7 @@ CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const Visibl
                                     {.planes_per_face = s.settings.planes_per_face,
                                      .extent = s.settings.extent,
                                      .resolution_px = s.settings.resolution_px,
-                                     .occludees = frame.local_around_world(scene.bvh()[0].box)});
+                                     .occludees = extent_of(scene, frame, open)});
   if (s.maps.size() < planes.size()) s.maps.resize(planes.size());
   for (std::size_t m = 0; m < planes.size(); ++m) s.maps[m].reset(planes[m]);
   delta.statistics.planes = static_cast<std::uint32_t>(planes.size());

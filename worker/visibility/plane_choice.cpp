@@ -84,15 +84,28 @@ void fit_rectangle(ProjectionPlane& plane, const Box& occludees) {
 
 }  // namespace
 
+OccludeeExtent extent_of(const Scene& scene, const CellFrame& frame, const VisibleSet& open) {
+  OccludeeExtent extent;
+  open.for_each([&](ObjectId id) {
+    const Box box = frame.local_around_world(scene.object(id).box);
+    extent.around.add(box);
+    extent.highest_lo = glm::max(extent.highest_lo, box.lo);
+    extent.lowest_hi = glm::min(extent.lowest_hi, box.hi);
+  });
+  return extent;
+}
+
 std::vector<ProjectionPlane> choose_planes(const CellFrame& frame, const LocalOccluders& occluders,
                                            const PlaneRequest& request) {
   std::vector<ProjectionPlane> planes;
   for (const Face face : kFaces) {
     const double hw = frame.half()[face.axis];
-    const double reach = std::max(face.sign * request.occludees.lo[face.axis],
-                                  face.sign * request.occludees.hi[face.axis]) -
-                         hw;
-    if (!(reach > 0)) continue;
+    const bool up = face.sign > 0;
+    // No object lies strictly beyond the face: rule P could hide none.
+    const OccludeeExtent& extent = request.occludees;
+    const double nearest_side = up ? extent.highest_lo[face.axis] : -extent.lowest_hi[face.axis];
+    if (!(nearest_side > hw)) continue;
+    const double reach = (up ? extent.around.hi[face.axis] : -extent.around.lo[face.axis]) - hw;
     auto walls = walls_beyond(frame, occluders, face);
     if (walls.empty()) continue;
     const double first = first_distance(walls), last = std::max(first, kLastShare * reach);
@@ -102,7 +115,7 @@ std::vector<ProjectionPlane> choose_planes(const CellFrame& frame, const LocalOc
       if (!(distance < reach) || (i > 0 && distance > last * step)) break;
       ProjectionPlane plane =
           square_plane(frame, face, distance, request.extent, request.resolution_px);
-      fit_rectangle(plane, request.occludees);
+      fit_rectangle(plane, extent.around);
       planes.push_back(plane);
     }
   }

@@ -6,17 +6,27 @@
 // Differs from Durand 2000: several planes a face, and rectangles fitted to what lies behind.
 #pragma once
 
+#include <limits>
 #include <vector>
 
+#include "common/pvs/visible_set.hpp"
 #include "worker/visibility/occluder_pieces.hpp"
 
 namespace pvsfarm {
+
+// Where the objects lie that may still be hidden, in the local frame.
+struct OccludeeExtent {
+  Box around;
+  Vec3 highest_lo{-std::numeric_limits<double>::infinity()};  // the farthest low side, by axis
+  Vec3 lowest_hi{std::numeric_limits<double>::infinity()};
+};
+OccludeeExtent extent_of(const Scene& scene, const CellFrame& frame, const VisibleSet& open);
 
 struct PlaneRequest {
   int planes_per_face = 6;
   double extent = 1.1;
   int resolution_px = 256;
-  Box occludees;  // local, of everything that may still be hidden
+  OccludeeExtent occludees;
 };
 
 // At most planes_per_face planes for each face that has occluders and occludees beyond it, nearest
