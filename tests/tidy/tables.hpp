@@ -60,7 +60,7 @@ inline constexpr PackageRow kPackages[] = {
     {"assimp", "assimp/", "common/scene/", true},
     {"SQLite", "sqlite3.h", "coordinator/journal/"},
     {"Embree", "embree3/", "tests/support/", true},
-    {"Recast", "recast/ Recast", "common/cells/"},
+    {"Recast", "recastnavigation/", "common/cells/"},
     {"libpng", "png.h", "coordinator/picture/"},
     {"libsodium", "sodium", "common/base/"},
     {"zstd", "zstd.h", "common/pvs/"},

@@ -55,7 +55,8 @@ TEST_F(CellsFile, gives_aligned_cells_their_very_coordinates_in_file_order) {
 
 TEST_F(CellsFile, gives_oriented_cells) {
   const auto cells = read_list(
-      R"({"id":1,"center":[10,20,1.7],"axes":[[0.6,0.8,0],[-0.8,0.6,0],[0,0,1]],"half":[3,2,0.2]})");
+      R"({"id":1,"center":[10,20,1.7],"axes":[[0.6,0.8,0],[-0.8,0.6,0],[0,0,1]],
+          "half":[3,2,0.2]})");
   ASSERT_TRUE(cells.ok()) << cells.error().text;
   const Cell& cell = (*cells)[0].cell;
   EXPECT_EQ(cell.center(), Vec3(10, 20, 1.7));
@@ -79,7 +80,8 @@ TEST_F(CellsFile, turns_y_up_cells_exactly_wherever_up_stands_in_the_file) {
 
 TEST_F(CellsFile, takes_other_units_and_unknown_keys_as_they_are) {
   const auto cells = read(
-      R"({"units":"inch","note":[{"id":1}],"cells":[{"id":1,"name":"a","aabb":[[0,0,0],[1,1,1]]}]})");
+      R"({"units":"inch","note":[{"id":1}],
+          "cells":[{"id":1,"name":"a","aabb":[[0,0,0],[1,1,1]]}]})");
   ASSERT_TRUE(cells.ok()) << cells.error().text;
   EXPECT_EQ(cells->size(), 1u);
 }
