@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "coordinator/cli/command.hpp"
+#include "coordinator/cli/inspect_picture.hpp"
 #include "coordinator/cli/inspect_summary.hpp"
 
 namespace pvsfarm {
@@ -12,6 +13,7 @@ namespace {
 struct InspectOptions {
   std::string store;
   bool json = false;
+  PictureRequest picture;
 };
 
 Status run_inspect(const InspectOptions& options) {
@@ -19,6 +21,8 @@ Status run_inspect(const InspectOptions& options) {
   if (!store) return store.error();
   const auto summary = summarise(**store);
   if (!summary) return summary.error();
+  if (!options.picture.path.empty())
+    if (Status status = draw_store(**store, *summary, options.picture); !status) return status;
   std::cout << (options.json ? summary_json(*summary) : summary_text(*summary));
   return {};
 }
@@ -30,9 +34,13 @@ void add_inspect_command(CLI::App& app, CommandContext& context) {
   CLI::App* command = app.add_subcommand("inspect", "what a store holds, in a page");
   command->add_option("store", options->store, "the .pvs file")->required();
   command->add_flag("--json", options->json, "one JSON object instead of text");
+  CLI::Option* picture = command->add_option("--picture", options->picture.path,
+                                             "also draw it from above, as a PNG file");
+  command->add_option("--cell", options->picture.cell, "show what this cell sees")->needs(picture);
   command->footer(
       "Examples:\n"
       "  pvsfarm inspect city.pvs\n"
+      "  pvsfarm inspect city.pvs --picture city.png --cell 17\n"
       "  pvsfarm inspect city.pvs --json | jq .culled_percent");
   command->callback(
       [&context, options] { context.run = [options] { return run_inspect(*options); }; });

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdlib>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <vector>
@@ -18,16 +19,23 @@ std::string environment_name(const std::string& long_option) {
   return name;
 }
 
-// What names one run's files, or ends the program, is no setting.
-bool is_setting(const CLI::Option& option) {
-  if (option.get_lnames().empty() || option.get_positional()) return false;
-  const std::string& name = option.get_lnames().front();
-  return name != "help" && name != "version" && name != "config" && name != "output";
+// What names one run's files or places, or ends the program, is no setting.
+bool is_setting(const std::string& name) {
+  static const char* const kOthers[] = {"help",    "version", "config", "output",
+                                        "picture", "cell",    "at"};
+  return std::find(std::begin(kOthers), std::end(kOthers), name) == std::end(kOthers);
+}
+
+std::string long_name(const CLI::Option& option) {
+  const bool named = !option.get_lnames().empty() && !option.get_positional();
+  return named ? option.get_lnames().front() : "";
 }
 
 void add_environment(CLI::App& app) {
-  for (CLI::Option* option : app.get_options())
-    if (is_setting(*option)) option->envname(environment_name(option->get_lnames().front()));
+  for (CLI::Option* option : app.get_options()) {
+    const std::string name = long_name(*option);
+    if (!name.empty() && is_setting(name)) option->envname(environment_name(name));
+  }
   for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; }))
     add_environment(*command);
 }
@@ -39,7 +47,7 @@ class TomlBelowEnvironment : public CLI::ConfigTOML {
     std::vector<CLI::ConfigItem> kept = CLI::ConfigTOML::from_config(input);
     std::erase_if(kept, [](const CLI::ConfigItem& item) {
       const char* value = std::getenv(environment_name(item.name).c_str());
-      return value != nullptr && *value != '\0' && item.name != "output";
+      return value != nullptr && *value != '\0' && is_setting(item.name);
     });
     return kept;
   }

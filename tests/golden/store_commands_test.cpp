@@ -112,6 +112,19 @@ TEST_F(StoreCommands, export_of_all_cells_y_up) {
 }
 TEST_F(StoreCommands, validate) { expect_golden("validate tiny.pvs", "validate.txt"); }
 
+TEST_F(StoreCommands, inspect_draws_a_picture_whole_or_not_at_all) {
+  const ProgramRun ran = run("inspect tiny.pvs --picture a.png --cell 1");
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_EQ(ran.out, run("inspect tiny.pvs").out);
+  EXPECT_EQ(read_file(folder_.file("a.png"))->substr(0, 4), "\x89PNG");
+  EXPECT_EQ(run("inspect tiny.pvs --picture b.png").exit_code, 0);
+  EXPECT_NE(*read_file(folder_.file("a.png")), *read_file(folder_.file("b.png")));
+  expect_failure("inspect tiny.pvs --picture c.png --cell 6", 1, "has 6 cells, the first is 0");
+  expect_failure("inspect tiny.pvs --cell 1", 1, "--picture");
+  expect_failure("inspect tiny.pvs --picture no/c.png", 2, "no/c.png");
+  EXPECT_FALSE(std::filesystem::exists(folder_.file("c.png")));
+}
+
 TEST_F(StoreCommands, query_takes_coordinates_of_a_y_up_file) {
   // (1, 1, 1.6) of the z-up store is (1, 1.6, -1) where y is up.
   const ProgramRun z = run("query tiny.pvs --at 1,1,1.6 --json");
