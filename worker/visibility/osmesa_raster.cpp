@@ -64,10 +64,12 @@ struct OsmesaRaster::State {
 void OsmesaRaster::State::add(const CoverageList& list, const Coverage& c,
                               const ProjectionPlane& plane) {
   const double shrink = plane.resolution_px <= kFineUpToPx ? kShrinkPx : kCoarseShrinkPx;
-  const double x0 = std::max((c.x0 - plane.x0) / plane.px, -1.0) + shrink;
-  const double x1 = std::min((c.x1 - plane.x0) / plane.px, plane.resolution_px + 1.0) - shrink;
-  const double y0 = std::max((c.y0 - plane.y0) / plane.py, -1.0) + shrink;
-  const double y1 = std::min((c.y1 - plane.y0) / plane.py, plane.resolution_px + 1.0) - shrink;
+  // A side on the map's border has been cut there, and its pixels are whole: no shrink.
+  const double side = plane.resolution_px;
+  const double x0 = c.x0 <= plane.x0 ? -1 : (c.x0 - plane.x0) / plane.px + shrink;
+  const double x1 = c.x1 >= plane.x1() ? side + 1 : (c.x1 - plane.x0) / plane.px - shrink;
+  const double y0 = c.y0 <= plane.y0 ? -1 : (c.y0 - plane.y0) / plane.py + shrink;
+  const double y1 = c.y1 >= plane.y1() ? side + 1 : (c.y1 - plane.y0) / plane.py - shrink;
   if (!(x0 < x1) || !(y0 < y1)) return;
   polygon.size = 4;
   polygon.vertex[0] = {x0, y0};
