@@ -1,8 +1,8 @@
 // Grid cells over the places where a person can stand, found with Recast (its only include).
 //
 // Recast voxelises the triangles, marks the tops of walkable spans, and takes away what has no
-// headroom or lies within a person's radius of an obstacle. Then, here: connected floors much
-// smaller than the largest are left out (roofs, ledges, the insides of closed buildings), and every
+// headroom or lies within a person's radius of an obstacle. Then, here: roofs, and connected floors
+// much smaller than the largest (ledges, the insides of closed buildings), are left out, and every
 // grid square gets one cell a storey, cut back to the rectangle of its walkable voxels, so that it
 // stays clear of walls along its sides.
 #include <recastnavigation/Recast.h>
@@ -22,6 +22,7 @@ constexpr double kWalkableNormal = 0.70710678;  // of z: slopes up to 45 degrees
 // Columns of voxels; bounds memory at about 0.5 GB, and with it the squares of a grid.
 constexpr double kMaxColumns = 6e6;
 constexpr int kMaxSpans = 1 << 24;            // of a compact heightfield: an index of 24 bits
+constexpr double kVoxel_m = 0.15;             // where the limit allows: a door is six of them
 constexpr double kSmallestFloorShare = 0.05;  // of the largest connected floor
 
 // Voxels and squares over the scene. Recast's frame is (x, z, -y) less the origin: y up.
@@ -58,10 +59,9 @@ Result<Field> lay_out(const Scene& scene, const GridRequest& request) {
   }
   field.squares_x = std::max(1, static_cast<int>(across));
   field.squares_y = std::max(1, static_cast<int>(up));
-  const double wanted_m = std::clamp(request.size / 10, 0.15, 0.5);
   const double affordable = std::sqrt(kMaxColumns / (across * up));
   field.per_square =
-      std::max(1, static_cast<int>(std::min(std::ceil(request.size / wanted_m), affordable)));
+      std::max(1, static_cast<int>(std::min(std::ceil(request.size / kVoxel_m), affordable)));
   // A span's height is a number of 13 bits; a little room above for the topmost floor.
   field.voxel_height = std::max(0.1, bounds.size().z / (RC_SPAN_MAX_HEIGHT - 64));
   return field;
@@ -123,74 +123,125 @@ struct FreeHeightfield {
 };
 using OpenField = std::unique_ptr<rcCompactHeightfield, FreeHeightfield>;
 
+struct Clearance {  // voxels
+  int headroom, climb, radius;
+};
+
+Clearance clearance_of(const Field& field) {
+  return {static_cast<int>(std::ceil(kPersonHeight_m / field.voxel_height)),
+          static_cast<int>(std::ceil(field.step_m() / field.voxel_height)),
+          static_cast<int>(std::ceil(kPersonRadius_m / field.voxel()))};
+}
+
+Error out_of_memory() { return runtime_error("cells grid: out of memory; use a larger SIZE"); }
+
 Result<OpenField> find_open_space(const Scene& scene, const Field& field) {
   rcContext context(false);
   const std::unique_ptr<rcHeightfield, FreeHeightfield> solid(rcAllocHeightfield());
-  const OpenField none;
-  const Vec3 extent = scene.bounds().size();
   // y of the scene runs against Recast's z: the field spans -depth to 0 there.
   const float lo[3] = {0, 0, static_cast<float>(-field.squares_y * field.size)};
   const float hi[3] = {static_cast<float>(field.squares_x * field.size),
-                       static_cast<float>(extent.z + 2 * kPersonHeight_m), 0};
-  const int headroom = static_cast<int>(std::ceil(kPersonHeight_m / field.voxel_height));
-  const int climb = static_cast<int>(std::ceil(field.step_m() / field.voxel_height));
-  const int radius = static_cast<int>(std::ceil(kPersonRadius_m / field.voxel()));
-  const Error no_memory = runtime_error("cells grid: out of memory; use a larger SIZE");
+                       static_cast<float>(scene.bounds().size().z + 2 * kPersonHeight_m), 0};
+  const Clearance clearance = clearance_of(field);
   if (!solid || !rcCreateHeightfield(&context, *solid, field.width(), field.depth(), lo, hi,
                                      static_cast<float>(field.voxel()),
                                      static_cast<float>(field.voxel_height)))
-    return no_memory;
-  add_triangles(context, scene, field, climb, *solid);
-  fill_boxes(context, scene, field, climb, *solid);
-  rcFilterLowHangingWalkableObstacles(&context, climb, *solid);
-  rcFilterWalkableLowHeightSpans(&context, headroom, *solid);
+    return out_of_memory();
+  add_triangles(context, scene, field, clearance.climb, *solid);
+  fill_boxes(context, scene, field, clearance.climb, *solid);
+  rcFilterLowHangingWalkableObstacles(&context, clearance.climb, *solid);
+  rcFilterWalkableLowHeightSpans(&context, clearance.headroom, *solid);
   if (rcGetHeightFieldSpanCount(&context, *solid) >= kMaxSpans)
     return invalid_input("cells grid: the scene has too many storeys for squares of " +
                          std::to_string(field.size) + "; use a larger SIZE, or a cells file");
   OpenField open(rcAllocCompactHeightfield());
-  if (!open || !rcBuildCompactHeightfield(&context, headroom, climb, *solid, *open) ||
-      !rcErodeWalkableArea(&context, radius, *open))
-    return no_memory;
+  if (!open ||
+      !rcBuildCompactHeightfield(&context, clearance.headroom, clearance.climb, *solid, *open))
+    return out_of_memory();
   return open;
 }
 
-// For every span of the open space the number of its connected floor, -1 where none can stand.
-std::vector<int> connected_floors(const rcCompactHeightfield& open, std::vector<int>& sizes) {
-  std::vector<int> floor_of(static_cast<std::size_t>(open.spanCount), -1);
+// The connected floors of the open space, doors and all: found before a person's radius is taken
+// off, which closes any door only a few voxels wide.
+struct Floors {
+  std::vector<int> of_span;  // number of the floor; -1 where none can stand
+  std::vector<int> area;     // of each floor, in voxels
+  std::vector<int> roof;     // so many of them under the sky with another floor below
+
+  // A floor mostly above others and under the sky is a roof; what leads up to one joins it to the
+  // floor it came from. Much smaller ones than the largest that is left are ledges and the like.
+  std::vector<bool> worth_standing_on() const {
+    int largest = 0;
+    for (std::size_t f = 0; f < area.size(); ++f)
+      if (2 * roof[f] <= area[f]) largest = std::max(largest, area[f]);
+    std::vector<bool> worth;
+    for (std::size_t f = 0; f < area.size(); ++f)
+      worth.push_back(2 * roof[f] <= area[f] && area[f] >= kSmallestFloorShare * largest);
+    return worth;
+  }
+};
+
+class FloorFinder {
+ public:
+  explicit FloorFinder(const rcCompactHeightfield& open) : open_(open) {
+    floors_.of_span.assign(static_cast<std::size_t>(open.spanCount), -1);
+  }
+
+  Floors find() && {
+    for (int y = 0; y < open_.height; ++y)
+      for (int x = 0; x < open_.width; ++x) {
+        const rcCompactCell& column = open_.cells[x + y * open_.width];
+        for (int s = static_cast<int>(column.index), n = static_cast<int>(column.count); n > 0;
+             ++s, --n) {
+          if (open_.areas[s] == RC_NULL_AREA || floors_.of_span[s] >= 0) continue;
+          floors_.area.push_back(0);
+          floors_.roof.push_back(0);
+          flood({x, y, s});
+        }
+      }
+    return std::move(floors_);
+  }
+
+ private:
   struct Place {
     int x, y, span;
   };
-  std::vector<Place> pending;
-  const auto visit = [&](int x, int y, int span) {
-    if (open.areas[span] == RC_NULL_AREA || floor_of[span] >= 0) return;
-    floor_of[span] = static_cast<int>(sizes.size()) - 1;
-    ++sizes.back();
-    pending.push_back({x, y, span});
-  };
-  for (int y = 0; y < open.height; ++y)
-    for (int x = 0; x < open.width; ++x) {
-      const rcCompactCell& column = open.cells[x + y * open.width];
-      for (int s = static_cast<int>(column.index), end = s + static_cast<int>(column.count);
-           s < end; ++s) {
-        if (open.areas[s] == RC_NULL_AREA || floor_of[s] >= 0) continue;
-        sizes.push_back(0);
-        visit(x, y, s);
-        while (!pending.empty()) {
-          const Place at = pending.back();
-          pending.pop_back();
-          for (int direction = 0; direction < 4; ++direction) {
-            const int connection = rcGetCon(open.spans[at.span], direction);
-            if (connection == RC_NOT_CONNECTED) continue;
-            const int nx = at.x + rcGetDirOffsetX(direction);
-            const int ny = at.y + rcGetDirOffsetY(direction);
-            const auto& next = open.cells[nx + ny * open.width];
-            visit(nx, ny, static_cast<int>(next.index) + connection);
-          }
-        }
+
+  void visit(const Place& at) {
+    if (open_.areas[at.span] == RC_NULL_AREA || floors_.of_span[at.span] >= 0) return;
+    floors_.of_span[at.span] = static_cast<int>(floors_.area.size()) - 1;
+    ++floors_.area.back();
+    floors_.roof.back() += has_floor_below_and_sky_above(at);
+    pending_.push_back(at);
+  }
+
+  void flood(const Place& start) {
+    visit(start);
+    while (!pending_.empty()) {
+      const Place at = pending_.back();
+      pending_.pop_back();
+      for (int direction = 0; direction < 4; ++direction) {
+        const int connection = rcGetCon(open_.spans[at.span], direction);
+        if (connection == RC_NOT_CONNECTED) continue;
+        const int x = at.x + rcGetDirOffsetX(direction), y = at.y + rcGetDirOffsetY(direction);
+        visit({x, y, static_cast<int>(open_.cells[x + y * open_.width].index) + connection});
       }
     }
-  return floor_of;
-}
+  }
+
+  bool has_floor_below_and_sky_above(const Place& at) const {
+    const rcCompactCell& column = open_.cells[at.x + at.y * open_.width];
+    const int first = static_cast<int>(column.index);
+    if (at.span + 1 < first + static_cast<int>(column.count)) return false;
+    for (int s = first; s < at.span; ++s)
+      if (open_.areas[s] != RC_NULL_AREA) return true;
+    return false;
+  }
+
+  const rcCompactHeightfield& open_;
+  Floors floors_;
+  std::vector<Place> pending_;
+};
 
 struct Stand {
   int x, y;  // voxel, y as in the scene
@@ -227,11 +278,12 @@ Result<std::vector<RootCell>> grid_cells(const Scene& scene, const GridRequest& 
   const Field& field = *layout;
   Result<OpenField> found = find_open_space(scene, field);
   if (!found) return found.error();
-  const rcCompactHeightfield& open = **found;
+  rcCompactHeightfield& open = **found;
+  const Floors floors = FloorFinder(open).find();
+  const std::vector<bool> worth = floors.worth_standing_on();
+  rcContext context(false);
+  if (!rcErodeWalkableArea(&context, clearance_of(field).radius, open)) return out_of_memory();
 
-  std::vector<int> sizes;
-  const std::vector<int> floor_of = connected_floors(open, sizes);
-  const int largest = sizes.empty() ? 0 : *std::max_element(sizes.begin(), sizes.end());
   std::vector<RootCell> cells;
   std::vector<Stand> stands;
   for (int sy = 0; sy < field.squares_y; ++sy)
@@ -241,7 +293,7 @@ Result<std::vector<RootCell>> grid_cells(const Scene& scene, const GridRequest& 
         for (int x = sx * field.per_square; x < (sx + 1) * field.per_square; ++x) {
           const auto& column = open.cells[x + (field.depth() - 1 - y) * open.width];
           for (unsigned s = column.index, end = s + column.count; s < end; ++s)
-            if (floor_of[s] >= 0 && sizes[floor_of[s]] >= kSmallestFloorShare * largest)
+            if (open.areas[s] != RC_NULL_AREA && worth[floors.of_span[s]])
               stands.push_back({x, y, field.origin.z + open.spans[s].y * field.voxel_height});
         }
       add_square(field, request, stands, cells);

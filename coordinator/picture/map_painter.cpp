@@ -100,14 +100,20 @@ MapPainter::MapPainter(const TopView& view) : view_(view) {
   });
 }
 
-// Cells lie beside buildings and furniture, but on grounds, floors and terrain, and below ceilings.
+// Cells lie beside buildings and furniture, but on grounds, floors and terrain, and below ceilings:
+// what is level, or what is low for its extent and covered by cells to a good part. (A building
+// that stands askew has cells in its box as well.)
 bool MapPainter::lies_under_cells(const Box& box) const {
-  if (cell_middles_.empty() || area_of(box) < 3 * typical_cell_area_) return false;
+  constexpr double kLevel = 0.02, kLow = 0.35, kCoveredShare = 0.08;
+  if (area_of(box) < 3 * typical_cell_area_) return false;
+  const double shape = box.size().z / std::min(box.size().x, box.size().y);
+  if (shape > kLow) return false;
+  double covered = 0;
   const auto by_x = [](const Vec2& p, double x) { return p.x < x; };
   for (auto at = std::lower_bound(cell_middles_.begin(), cell_middles_.end(), box.lo.x, by_x);
        at != cell_middles_.end() && at->x <= box.hi.x; ++at)
-    if (box.lo.y <= at->y && at->y <= box.hi.y) return true;
-  return false;
+    if (box.lo.y <= at->y && at->y <= box.hi.y) covered += typical_cell_area_;
+  return covered > (shape < kLevel ? 0 : kCoveredShare * area_of(box));
 }
 
 Window MapPainter::surroundings() const {

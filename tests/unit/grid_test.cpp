@@ -62,13 +62,29 @@ TEST(GridCells, keep_clear_of_walls_and_of_what_is_too_low_to_stand_under) {
   }
 }
 
-TEST(GridCells, give_every_storey_its_own) {
-  const std::vector<Box> cells = grid_over(
-      {{floor_of({{0, 0, 0}, {10, 10, 0}}), floor_of({{0, 0, 3}, {10, 10, 3}})}}, {.size = 5});
+TEST(GridCells, give_every_storey_its_own_and_the_roof_none) {
+  SceneSource source;
+  for (const double z : {0.0, 3.0, 6.0})
+    source.objects.push_back(floor_of({{0, 0, z}, {10, 10, z}}));
+  const std::vector<Box> cells = grid_over(source, {.size = 5});
   EXPECT_EQ(cells.size(), 8u);
   EXPECT_TRUE(any_holds(cells, {5, 5, 1.7}));
   EXPECT_TRUE(any_holds(cells, {5, 5, 4.7}));
   EXPECT_FALSE(any_holds(cells, {5, 5, 3.0}));
+  EXPECT_FALSE(any_holds(cells, {5, 5, 7.7}));
+}
+
+TEST(GridCells, of_rooms_lie_in_every_room_and_none_on_the_roof) {
+  const GeneratedScene rooms = generate_rooms({.rooms = 4}).value();
+  const std::vector<Box> cells = grid_over(rooms.source, {.size = 5});
+  for (const Box& cell : cells) EXPECT_LT(cell.hi.z, 3);
+  for (int y = 0; y < 4; ++y)
+    for (int x = 0; x < 4; ++x) {
+      const Box room{{x * 6.0 + 1, y * 5.0 + 1, 1.6}, {x * 6.0 + 5, y * 5.0 + 4, 1.8}};
+      bool met = false;
+      for (const Box& cell : cells) met = met || cell.meets(room);
+      EXPECT_TRUE(met) << "room " << x << ' ' << y;
+    }
 }
 
 TEST(GridCells, follow_a_slope) {
