@@ -59,7 +59,7 @@ bool occluder_fits(const BundleParts& p, const Occluder& o) {
          o.point_count >= (solid ? 4u : 3u) && o.base_points <= o.point_count &&
          is_flag(o.is_box) && is_flag(o.one_sided) && is_flag(o.closed) && is_flag(o.is_prism) &&
          (!o.is_box || o.point_count == 8) && o.flatness >= 0 && std::isfinite(o.flatness) &&
-         (solid ? o.face_of == -1 && !o.one_sided && !o.closed
+         (solid ? o.face_of == -1 && !o.one_sided
                 : !o.is_box && !o.is_prism && o.base_points == 0 && o.face_of >= -1) &&
          (o.face_of < 0 || (static_cast<std::size_t>(o.face_of) < p.occluders.size() &&
                             p.occluders[o.face_of].shape == OccluderShape::kSolid)) &&

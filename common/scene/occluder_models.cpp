@@ -17,6 +17,7 @@ Occluder solid_kind(const ConvexSolid& solid) {
   kind.base_points = static_cast<std::uint32_t>(solid.base_points);
   kind.is_box = solid.is_box;
   kind.is_prism = solid.is_prism;
+  kind.closed = 1;
   return kind;
 }
 
@@ -26,13 +27,6 @@ void add_faces(const Mesh& mesh, std::span<const MeshTriangle> triangles, Occlud
     kind.flatness = polygon.flatness;
     set.add(kind, polygon.points, {&owner, 1});
   }
-}
-
-// How far the members reach beyond the run, as a distance.
-double overreach(const BoxRun& run, std::span<const Box> boxes) {
-  Box all;
-  for (const std::uint32_t member : run.members) all.add(boxes[member]);
-  return length(run.box.lo - all.lo) + length(all.hi - run.box.hi);
 }
 
 }  // namespace
@@ -66,9 +60,9 @@ void model_box_runs(double ground, OccluderSet& set) {
     for (const std::uint32_t member : run.members) run_owners.push_back(owners[member]);
     std::sort(run_owners.begin(), run_owners.end());
     run_owners.erase(std::unique(run_owners.begin(), run_owners.end()), run_owners.end());
-    // With one owner its box may hold more than the run's boxes: say how far those reach instead.
-    if (run_owners.size() == 1) solid.shrink = overreach(run, boxes);
-    set.add(solid_kind(solid), solid.points, run_owners);
+    Occluder kind = solid_kind(solid);
+    kind.closed = 0;  // its members reach farther
+    set.add(kind, solid.points, run_owners);
   }
 }
 

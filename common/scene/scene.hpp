@@ -47,8 +47,7 @@ enum class OccluderShape : std::uint32_t {
   // boundary in order, counter-clockwise seen from the front, seen convex.
   kPolygon = 0,
   // A convex solid: the hull of the points lies in matter. Legal for cells that do not meet that
-  // matter: see `flatness`. With several owners the hull lies in the union of solids that each
-  // reach farther: legal for cells that meet no owner's box (ObjectRecord::box).
+  // matter: see `flatness` and `closed`.
   kSolid = 1,
 };
 
@@ -57,8 +56,8 @@ enum class OccluderShape : std::uint32_t {
 struct Occluder {
   Box box = {};                    // of its points, without any ground extension
   // kPolygon: largest distance of its matter from one plane.
-  // kSolid: how far its matter may reach beyond its points; a cell that keeps this far off the
-  // points does not meet the matter. 0 for the exact box of one component.
+  // kSolid, closed: how far its matter may reach beyond its points; a cell that keeps this far off
+  // the points does not meet the matter.
   double flatness = 0;
   std::uint64_t first_point = 0;   // into Scene::occluder_points()
   std::uint64_t first_owner = 0;   // into Scene::occluder_owners()
@@ -72,7 +71,10 @@ struct Occluder {
   // kSolid: 1 if the solid is an axis-aligned box, points = Box::corner order.
   std::uint8_t is_box = 0;
   std::uint8_t one_sided = 0;      // kPolygon: blocks only rays that meet its front
-  std::uint8_t closed = 0;         // one_sided: part of a closed, outward oriented mesh (0.2 (c))
+  // kPolygon: one_sided, and part of a closed, outward oriented mesh (0.2 (c)).
+  // kSolid: 1 if its matter is all there is to it, within `flatness`; 0 if it is part of a larger
+  // solid or a union of several, legal only for cells that meet no owner's box.
+  std::uint8_t closed = 0;
   std::uint8_t is_prism = 0;       // kSolid: upright, every wall vertical; the base may be replaced
   // kPolygon: a face of this solid, of use only where the cell meets that solid; -1: on its own.
   std::int32_t face_of = -1;

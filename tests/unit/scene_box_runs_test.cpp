@@ -80,6 +80,8 @@ TEST(BoxRuns, a_merged_solid_is_owned_by_all_its_objects) {
   const Occluder& merged = solids.back();
   EXPECT_EQ(merged.owner_count, 2u);
   EXPECT_EQ(merged.base_points, 4u);
+  EXPECT_FALSE(merged.closed) << "b is higher";
+  EXPECT_TRUE(solids.front().closed);
   EXPECT_EQ(merged.box.hi, Vec3(16, 9, 9));
   for (const ObjectId owner : scene->owners(merged)) EXPECT_NE(scene->name(owner), "c");
 }

@@ -48,9 +48,19 @@ Box local_box(const Scene& scene, const Occluder& occluder, const CellFrame& fra
   return box;
 }
 
-// Whether the cell keeps more than `gap` from the solid's box, in the world's or the cell's axes.
-bool solid_apart(const Scene& scene, const Occluder& solid, const CellFrame& frame, double gap) {
+bool apart_from_owners(const Scene& scene, const Occluder& occluder, const CellFrame& frame,
+                       double gap) {
+  for (const ObjectId owner : scene.owners(occluder))
+    if (!apart(scene.object(owner).box, frame.world_bounds(), gap)) return false;
+  return true;
+}
+
+// Whether the cell keeps more than `near_m` from the matter the solid stands for: from its box, in
+// the world's or the cell's axes, and from its owners where their matter reaches farther.
+bool solid_apart(const Scene& scene, const Occluder& solid, const CellFrame& frame, double near_m) {
   const Box cell_box{-frame.half(), frame.half()};
+  const double gap = near_m + solid.flatness;
+  if (!solid.closed && !apart_from_owners(scene, solid, frame, gap)) return false;
   return apart(solid.box, frame.world_bounds(), gap) ||
          (!frame.aligned() && apart(local_box(scene, solid, frame), cell_box, gap));
 }
@@ -76,10 +86,7 @@ bool legal_for_cell(const Scene& scene, const Occluder& occluder, const CellFram
   if (side == 0) return false;
   if (!occluder.one_sided || side > 0) return true;
   // A back face of a closed mesh: whoever stands outside has passed a front face before it.
-  if (!occluder.closed) return false;
-  for (const ObjectId owner : scene.owners(occluder))
-    if (!apart(scene.object(owner).box, frame.world_bounds(), near_m)) return false;
-  return true;
+  return occluder.closed && apart_from_owners(scene, occluder, frame, near_m);
 }
 
 void add_local(const Scene& scene, const Occluder& occluder, const CellFrame& frame,
