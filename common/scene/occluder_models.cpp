@@ -6,6 +6,7 @@
 #include "common/scene/convex_solid.hpp"
 #include "common/scene/coplanar_faces.hpp"
 #include "common/scene/mesh_components.hpp"
+#include "common/scene/prism_pieces.hpp"
 
 namespace pvsfarm {
 namespace {
@@ -36,9 +37,18 @@ void model_object(const Mesh& mesh, ObjectId owner, bool two_sided, double groun
   for (const MeshComponent& component : split_components(mesh, two_sided)) {
     Occluder face;
     face.one_sided = !two_sided;
-    face.closed = !two_sided && component.closed_outward && is_star_shaped(mesh, component);
-    if (const auto solid = convex_solid(mesh, component, ground))
+    bool is_entered_by_fronts = component.closed_outward && is_star_shaped(mesh, component);
+    if (const auto solid = convex_solid(mesh, component, ground)) {
       face.face_of = set.add(solid_kind(*solid), solid->points, {&owner, 1});
+    } else {
+      for (const ConvexSolid& piece : prism_pieces(mesh, component, ground)) {
+        Occluder kind = solid_kind(piece);
+        kind.closed = 0;  // its neighbours are the same matter
+        set.add(kind, piece.points, {&owner, 1});
+        is_entered_by_fronts = component.closed_outward;  // winding numbers are never negative
+      }
+    }
+    face.closed = face.one_sided && is_entered_by_fronts;
     add_faces(mesh, component.triangles, face, owner, set);
   }
 }

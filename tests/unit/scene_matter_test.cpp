@@ -104,7 +104,7 @@ SourceObject random_object(Random& random) {
   const Vec3 place(random.between(-900, 900), random.between(-900, 900), 0);
   const Vec3 size(random.between(0.05, 20), random.between(0.05, 20), random.between(0.05, 30));
   SourceObject object;
-  switch (random.below(4)) {
+  switch (random.below(5)) {
     case 0:
       object = box_object("box", {{0, 0, 0}, size});
       break;
@@ -119,6 +119,18 @@ SourceObject random_object(Random& random) {
       for (const int k : {4, 5}) object.vertices[k].y = size.y / 2;
       for (const int k : {6, 7}) object.vertices[k].y = size.y / 2;
       break;
+    case 3: {  // a building with wings, and now and then a courtyard
+      std::vector<std::array<int, 2>> squares{{0, 0}};
+      for (int k = 0; k < 8; ++k) {
+        std::array<int, 2> next = squares[random.below(squares.size())];
+        next[random.below(2)] += random.below(2) ? 1 : -1;
+        if (std::find(squares.begin(), squares.end(), next) == squares.end())
+          squares.push_back(next);
+      }
+      object = block_object("wings", squares, 0, size.z);
+      for (Vec3& p : object.vertices) p = Vec3(p.x * size.x, p.y * size.x, p.z);
+      break;
+    }
     default:
       object = joined(box_object("pair", {{0, 0, 0}, size}),
                       box_object("", {{size.x, 0, 0}, size + Vec3(size.x, 0, 3)}));

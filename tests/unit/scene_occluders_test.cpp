@@ -173,6 +173,32 @@ TEST(OccluderSolids, two_boxes_in_one_object_are_two_solids_even_when_they_share
   EXPECT_EQ(solids(pair).size(), 2u);
 }
 
+TEST(OccluderSolids, building_with_wings_is_cut_into_convex_prisms) {
+  for (const double turn : {0.0, 0.7}) {
+    SourceObject building =
+        turned(block_object("l", {{0, 0}, {1, 0}, {2, 0}, {0, 1}, {0, 2}}, 0, 6), turn, {50, 7, 0});
+    building.two_sided = false;
+    const auto scene = scene_of({building});
+    double area = 0;
+    for (const Occluder& solid : solids_of(*scene)) {
+      EXPECT_TRUE(solid.is_prism && !solid.closed);
+      ASSERT_EQ(solid.base_points * 2, solid.point_count);
+      const auto p = scene->points(solid).first(solid.base_points);
+      for (std::size_t i = 0; i < p.size(); ++i)
+        area += cross(p[i] - p[0], p[(i + 1) % p.size()] - p[0]).z / 2;
+    }
+    EXPECT_NEAR(area, 5, 1e-3);
+    for (const Occluder& face : polygons_of(*scene)) EXPECT_TRUE(face.closed && face.face_of < 0);
+  }
+}
+
+TEST(OccluderSolids, slanted_wall_keeps_a_winged_building_from_being_cut) {
+  SourceObject building = block_object("l", {{0, 0}, {1, 0}, {0, 1}}, 0, 6);
+  for (Vec3& p : building.vertices)
+    if (p == Vec3(2, 0, 6)) p.x += 1e-6;
+  EXPECT_TRUE(solids(building).empty());
+}
+
 TEST(OccluderSolids, dynamic_and_untagged_objects_never_occlude) {
   SourceObject car = house(), leaf = house();
   car.dynamic = true;

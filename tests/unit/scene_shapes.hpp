@@ -1,6 +1,7 @@
 // Small shapes for the tests of scenes, and what a test asks of a built scene.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
@@ -67,6 +68,33 @@ inline std::vector<Vec2> regular_ring(int corners, double radius, const Vec2& mi
     ring.push_back(middle + radius * Vec2(std::cos(angle), std::sin(angle)));
   }
   return ring;
+}
+
+// An upright block over unit squares of the plane, given by their low corners.
+inline SourceObject block_object(std::string name, const std::vector<std::array<int, 2>>& squares,
+                                 double base, double top) {
+  SourceObject object;
+  object.name = std::move(name);
+  const auto has = [&squares](int x, int y) {
+    return std::find(squares.begin(), squares.end(), std::array<int, 2>{x, y}) != squares.end();
+  };
+  const auto quad = [&object](const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+    const auto v = static_cast<std::uint32_t>(object.vertices.size());
+    object.vertices.insert(object.vertices.end(), {a, b, c, d});
+    object.triangles.push_back({v, v + 1, v + 2});
+    object.triangles.push_back({v, v + 2, v + 3});
+  };
+  for (const auto& [x, y] : squares) {
+    const Vec3 a(x, y, base), b(x + 1, y, base), c(x + 1, y + 1, base), d(x, y + 1, base);
+    const Vec3 up(0, 0, top - base);
+    quad(a, d, c, b);
+    quad(a + up, b + up, c + up, d + up);
+    if (!has(x, y - 1)) quad(a, b, b + up, a + up);
+    if (!has(x + 1, y)) quad(b, c, c + up, b + up);
+    if (!has(x, y + 1)) quad(c, d, d + up, c + up);
+    if (!has(x - 1, y)) quad(d, a, a + up, d + up);
+  }
+  return object;
 }
 
 inline SourceObject joined(SourceObject a, const SourceObject& b) {
