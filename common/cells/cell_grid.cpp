@@ -23,7 +23,7 @@ constexpr double kWalkableNormal = 0.70710678;  // of z: slopes up to 45 degrees
 constexpr double kMaxColumns = 6e6;
 constexpr int kMaxSpans = 1 << 24;            // of a compact heightfield: an index of 24 bits
 constexpr double kVoxel_m = 0.15;             // where the limit allows: a door is six of them
-constexpr double kSmallestFloorShare = 0.05;  // of the largest connected floor
+constexpr double kSmallestFloorShare = 0.01;  // of the largest connected floor
 
 // Voxels and squares over the scene. Recast's frame is (x, z, -y) less the origin: y up.
 struct Field {
@@ -94,11 +94,14 @@ void add_triangles(rcContext& context, const Scene& scene, const Field& field, i
 }
 
 // Recast knows surfaces only; a box building standing on a ground that runs on beneath it would be
-// a hall. Fill the boxes the scene knows to be matter.
-void fill_boxes(rcContext& context, const Scene& scene, const Field& field, int climb_voxels,
-                rcHeightfield& solid) {
+// a hall. Fill the boxes the scene knows to be matter. Returns for every column, in Recast's order,
+// how high boxes that overtop a person reach, 0 where there is none.
+std::vector<unsigned short> fill_boxes(rcContext& context, const Scene& scene, const Field& field,
+                                       int climb_voxels, rcHeightfield& solid) {
+  std::vector<unsigned short> tops(static_cast<std::size_t>(field.width()) * field.depth(), 0);
   for (const Occluder& occluder : scene.occluders()) {
     if (!occluder.is_box) continue;
+    const bool is_tall = occluder.box.size().z > kPersonHeight_m;
     const Vec3 lo = occluder.box.lo - field.origin, hi = occluder.box.hi - field.origin;
     const auto first = [&](double v) {
       return std::max(0, static_cast<int>(std::ceil(v / field.voxel())));
@@ -111,17 +114,25 @@ void fill_boxes(rcContext& context, const Scene& scene, const Field& field, int 
     const auto z_lo = static_cast<unsigned short>(std::clamp(bottom, 0, RC_SPAN_MAX_HEIGHT - 1));
     const auto z_hi = static_cast<unsigned short>(std::clamp(top, z_lo + 1, RC_SPAN_MAX_HEIGHT));
     for (int y = first(lo.y); y < last(hi.y, field.depth()); ++y)
-      for (int x = first(lo.x); x < last(hi.x, field.width()); ++x)
-        rcAddSpan(&context, solid, x, field.depth() - 1 - y, z_lo, z_hi, RC_NULL_AREA,
-                  climb_voxels);
+      for (int x = first(lo.x); x < last(hi.x, field.width()); ++x) {
+        const int row = field.depth() - 1 - y;
+        rcAddSpan(&context, solid, x, row, z_lo, z_hi, RC_NULL_AREA, climb_voxels);
+        if (!is_tall) continue;
+        unsigned short& column_top = tops[static_cast<std::size_t>(row) * field.width() + x];
+        column_top = std::max(column_top, z_hi);
+      }
   }
+  return tops;
 }
 
 struct FreeHeightfield {
   void operator()(rcHeightfield* field) const { rcFreeHeightField(field); }
   void operator()(rcCompactHeightfield* field) const { rcFreeCompactHeightfield(field); }
 };
-using OpenField = std::unique_ptr<rcCompactHeightfield, FreeHeightfield>;
+struct OpenSpace {
+  std::unique_ptr<rcCompactHeightfield, FreeHeightfield> field;
+  std::vector<unsigned short> box_tops;  // see fill_boxes
+};
 
 struct Clearance {  // voxels
   int headroom, climb, radius;
@@ -135,7 +146,7 @@ Clearance clearance_of(const Field& field) {
 
 Error out_of_memory() { return runtime_error("cells grid: out of memory; use a larger SIZE"); }
 
-Result<OpenField> find_open_space(const Scene& scene, const Field& field) {
+Result<OpenSpace> find_open_space(const Scene& scene, const Field& field) {
   rcContext context(false);
   const std::unique_ptr<rcHeightfield, FreeHeightfield> solid(rcAllocHeightfield());
   // y of the scene runs against Recast's z: the field spans -depth to 0 there.
@@ -148,15 +159,15 @@ Result<OpenField> find_open_space(const Scene& scene, const Field& field) {
                                      static_cast<float>(field.voxel_height)))
     return out_of_memory();
   add_triangles(context, scene, field, clearance.climb, *solid);
-  fill_boxes(context, scene, field, clearance.climb, *solid);
+  OpenSpace open{nullptr, fill_boxes(context, scene, field, clearance.climb, *solid)};
   rcFilterLowHangingWalkableObstacles(&context, clearance.climb, *solid);
   rcFilterWalkableLowHeightSpans(&context, clearance.headroom, *solid);
   if (rcGetHeightFieldSpanCount(&context, *solid) >= kMaxSpans)
     return invalid_input("cells grid: the scene has too many storeys for squares of " +
                          std::to_string(field.size) + "; use a larger SIZE, or a cells file");
-  OpenField open(rcAllocCompactHeightfield());
-  if (!open ||
-      !rcBuildCompactHeightfield(&context, clearance.headroom, clearance.climb, *solid, *open))
+  open.field.reset(rcAllocCompactHeightfield());
+  if (!open.field || !rcBuildCompactHeightfield(&context, clearance.headroom, clearance.climb,
+                                                *solid, *open.field))
     return out_of_memory();
   return open;
 }
@@ -166,10 +177,10 @@ Result<OpenField> find_open_space(const Scene& scene, const Field& field) {
 struct Floors {
   std::vector<int> of_span;  // number of the floor; -1 where none can stand
   std::vector<int> area;     // of each floor, in voxels
-  std::vector<int> roof;     // so many of them under the sky with another floor below
+  std::vector<int> roof;     // so many of them under the sky, over another floor or a tall box
 
-  // A floor mostly above others and under the sky is a roof; what leads up to one joins it to the
-  // floor it came from. Much smaller ones than the largest that is left are ledges and the like.
+  // A floor of mostly such voxels is a roof; what leads up to one joins it to the floor it came
+  // from. Much smaller ones than the largest that is left are ledges and the like.
   std::vector<bool> worth_standing_on() const {
     int largest = 0;
     for (std::size_t f = 0; f < area.size(); ++f)
@@ -183,8 +194,8 @@ struct Floors {
 
 class FloorFinder {
  public:
-  explicit FloorFinder(const rcCompactHeightfield& open) : open_(open) {
-    floors_.of_span.assign(static_cast<std::size_t>(open.spanCount), -1);
+  explicit FloorFinder(const OpenSpace& space) : open_(*space.field), box_tops_(space.box_tops) {
+    floors_.of_span.assign(static_cast<std::size_t>(open_.spanCount), -1);
   }
 
   Floors find() && {
@@ -211,7 +222,7 @@ class FloorFinder {
     if (open_.areas[at.span] == RC_NULL_AREA || floors_.of_span[at.span] >= 0) return;
     floors_.of_span[at.span] = static_cast<int>(floors_.area.size()) - 1;
     ++floors_.area.back();
-    floors_.roof.back() += has_floor_below_and_sky_above(at);
+    floors_.roof.back() += is_roof(at);
     pending_.push_back(at);
   }
 
@@ -229,16 +240,19 @@ class FloorFinder {
     }
   }
 
-  bool has_floor_below_and_sky_above(const Place& at) const {
+  bool is_roof(const Place& at) const {
     const rcCompactCell& column = open_.cells[at.x + at.y * open_.width];
     const int first = static_cast<int>(column.index);
     if (at.span + 1 < first + static_cast<int>(column.count)) return false;
+    const int box_top = box_tops_[static_cast<std::size_t>(at.x + at.y * open_.width)];
+    if (box_top > 0 && std::abs(open_.spans[at.span].y - box_top) <= 1) return true;
     for (int s = first; s < at.span; ++s)
       if (open_.areas[s] != RC_NULL_AREA) return true;
     return false;
   }
 
   const rcCompactHeightfield& open_;
+  const std::vector<unsigned short>& box_tops_;
   Floors floors_;
   std::vector<Place> pending_;
 };
@@ -276,10 +290,10 @@ Result<std::vector<RootCell>> grid_cells(const Scene& scene, const GridRequest& 
   const Result<Field> layout = lay_out(scene, request);
   if (!layout) return layout.error();
   const Field& field = *layout;
-  Result<OpenField> found = find_open_space(scene, field);
+  Result<OpenSpace> found = find_open_space(scene, field);
   if (!found) return found.error();
-  rcCompactHeightfield& open = **found;
-  const Floors floors = FloorFinder(open).find();
+  rcCompactHeightfield& open = *found->field;
+  const Floors floors = FloorFinder(*found).find();
   const std::vector<bool> worth = floors.worth_standing_on();
   rcContext context(false);
   if (!rcErodeWalkableArea(&context, clearance_of(field).radius, open)) return out_of_memory();

@@ -87,6 +87,15 @@ TEST(GridCells, of_rooms_lie_in_every_room_and_none_on_the_roof) {
     }
 }
 
+TEST(GridCells, stand_on_a_deck_that_stairs_lead_to) {
+  SceneSource source{{floor_of({{0, 0, 0}, {30, 20, 0}})}};
+  source.objects.push_back(box_object("deck", {{20, 5, 0}, {30, 15, 3}}));
+  for (int i = 1; i < 10; ++i)  // steps of 0.3 m
+    source.objects.push_back(
+        box_object(numbered("step", {i}), {{20.0 - 10 + i, 8, 0}, {21.0 - 10 + i, 12, 0.3 * i}}));
+  EXPECT_TRUE(any_holds(grid_over(source, {.size = 2}), {26, 10, 4.7}));
+}
+
 TEST(GridCells, follow_a_slope) {
   SourceObject ramp{.name = "ramp"};
   ramp.vertices = {{0, 0, 0}, {40, 0, 10}, {40, 10, 10}, {0, 10, 0}};
@@ -136,11 +145,15 @@ TEST(GridCells, of_a_city_hold_every_eye_in_its_streets_and_stand_on_no_roof) {
 }
 
 // A floor that runs on under a closed box is no hall, however large the box.
-TEST(GridCells, never_stand_inside_a_box) {
+TEST(GridCells, never_stand_inside_a_box_nor_on_it) {
   SceneSource source{{floor_of({{0, 0, 0}, {60, 60, 0}})}};
   const Box hall{{10, 10, 0}, {50, 50, 12}};
   source.objects.push_back(box_object("hall", hall));
-  for (const Box& cell : grid_over(source, {.size = 2})) EXPECT_FALSE(hall.contains(cell.center()));
+  const std::vector<Box> cells = grid_over(source, {.size = 2});
+  for (const Box& cell : cells) {
+    EXPECT_FALSE(hall.contains(cell.center()));
+    EXPECT_LT(cell.hi.z, 12) << "on its roof";
+  }
 }
 
 TEST(GridCells, are_refused_where_they_would_be_a_billion) {
