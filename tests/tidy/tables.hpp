@@ -79,7 +79,7 @@ inline constexpr PackageRow kPackages[] = {
 inline constexpr std::string_view kSystemHeaders =
     "sys/ arpa/ netinet/ linux/ unistd.h fcntl.h poll.h signal.h dlfcn.h sched.h spawn.h dirent.h "
     "errno.h time.h pthread.h termios.h cpuid.h immintrin.h x86intrin.h stdint.h stddef.h string.h "
-    "stdlib.h stdio.h stdbool.h math.h assert.h";
+    "stdlib.h stdio.h stdbool.h math.h assert.h malloc.h";
 
 // Folders of algorithms: functions of what they are given.
 inline constexpr std::string_view kPureFolders[] = {
