@@ -34,7 +34,9 @@ std::vector<VisibilityCase> read_cases() {
                      .cell = box_of_json(j.at("cell")),
                      .occludee = box_of_json(j.at("occludee")),
                      .occluders = {},
+                     .plane_z = {},
                      .witness = {}};
+    if (const json& z = j.at("plane_z"); !z.is_null()) c.plane_z = z;
     for (const json& o : j.at("occluders")) {
       CaseOccluder occluder;
       if (o.contains("box"))
@@ -98,6 +100,13 @@ PlacedCase set_up(const VisibilityCase& c, Move&& move, MoveBox&& move_box) {
 const std::vector<VisibilityCase>& all_cases() {
   static const std::vector<VisibilityCase> cases = read_cases();
   return cases;
+}
+
+std::vector<VisibilityCase> cases_that(Must must) {
+  std::vector<VisibilityCase> some;
+  for (const VisibilityCase& c : all_cases())
+    if (c.must == must) some.push_back(c);
+  return some;
 }
 
 std::vector<ExactPolygon> exact_matter(const VisibilityCase& c) {

@@ -1,10 +1,11 @@
 // The cases of cases.json: tiny scenes, each built to defeat one plausible shortcut.
 //
 // Shape: an array of {"id", "note", "must", "cell": [x0,y0,z0,x1,y1,z1],
-//   "occluders": [{"box": [6 numbers]} | {"poly": [[x,y,z], ...] convex}], "occludee": [6 numbers],
-//   "witness": [[x,y,z],[x,y,z]] | null}.
+//   "plane_z": number | null, "occluders": [{"box": [6 numbers]} | {"poly": [[x,y,z], ...]
+//   convex}], "occludee": [6 numbers], "witness": [[x,y,z],[x,y,z]] | null}.
 // `must`: VISIBLE (the witness proves it), HIDDEN (a sound and useful evaluator finds it), EITHER
-// (truly hidden, but a sound evaluator may miss it).
+// (truly hidden, but a sound evaluator may miss it). `plane_z`: the projection plane, across z, on
+// which the shortcut fails.
 #pragma once
 
 #include <optional>
@@ -31,6 +32,7 @@ struct VisibilityCase {
   Must must = Must::kEither;
   Box cell, occludee;
   std::vector<CaseOccluder> occluders;
+  std::optional<double> plane_z;
   std::optional<std::pair<Vec3, Vec3>> witness;
 };
 
@@ -39,6 +41,7 @@ inline void PrintTo(const VisibilityCase& c, std::ostream* out) { *out << c.id <
 
 // Reads tests/adversarial/cases.json; aborts if it is broken.
 const std::vector<VisibilityCase>& all_cases();
+std::vector<VisibilityCase> cases_that(Must must);
 
 // The matter of a case, exactly.
 std::vector<ExactPolygon> exact_matter(const VisibilityCase& c);

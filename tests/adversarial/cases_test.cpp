@@ -41,13 +41,6 @@ class Case : public testing::TestWithParam<Parameters> {
   }
 };
 
-std::vector<VisibilityCase> cases_that(Must must) {
-  std::vector<VisibilityCase> some;
-  for (const VisibilityCase& c : all_cases())
-    if (c.must == must) some.push_back(c);
-  return some;
-}
-
 std::string name_of(const testing::TestParamInfo<Parameters>& test) {
   return std::get<0>(test.param).id + "_" + to_string(std::get<1>(test.param));
 }

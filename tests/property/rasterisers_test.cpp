@@ -38,13 +38,19 @@ Projected set_up(const RandomWorld& world, const Scene& scene, Family family, st
   Projected s{
       .family = family, .seed = seed, .cell = 0, .plane = {}, .pieces = {}, .coverages = {}};
   const CellFrame frame(world.cells[s.cell]);
-  const double reach = length(scene.bounds().size());
-  s.plane = square_plane(frame, kFaces[random.below(2) == 0 ? 0 : random.below(6)],
-                         reach * random.between(0.02, 0.6), random.between(0.3, 2), kSidePx);
   LocalOccluders occluders;
   for (const Occluder& occluder : scene.occluders())
     if (legal_for_cell(scene, occluder, frame, 0))
       add_local(scene, occluder, frame, 0, 0, occluders);
+  // Most planes cut an occluder: there a Projection that is not split at the plane is wrong.
+  s.plane = square_plane(frame, kFaces[random.below(2) == 0 ? 0 : random.below(6)], 1, 1, kSidePx);
+  double distance = length(scene.bounds().size()) * random.between(0.02, 0.6);
+  if (!occluders.list.empty() && random.below(4) != 0) {
+    const Box& box = occluders.list[random.below(occluders.list.size())].box;
+    const double t = random.unit();
+    distance = std::max(distance / 50, s.plane.beyond_face(box.lo * t + box.hi * (1 - t)));
+  }
+  s.plane = square_plane(frame, s.plane.face, distance, random.between(0.3, 2), kSidePx);
   for (const LocalOccluder& occluder : occluders.list) {
     std::array<Piece, 2> pieces;
     const int count = make_pieces(occluders, occluder, s.plane, 0, pieces);
