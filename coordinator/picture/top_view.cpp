@@ -120,6 +120,14 @@ void draw_swatches(Canvas& canvas, const Layout& layout, const TopView& view) {
   }
 }
 
+// A line of text from the left margin, made smaller where it would not fit.
+void draw_heading(Canvas& canvas, const Layout& layout, double base_line, const std::string& text,
+                  TextStyle style) {
+  const double room = layout.width_px - 2 * layout.margin;
+  style.height_px *= std::min(1.0, room / std::max(1.0, text_width(text, style.height_px)));
+  draw_text(canvas, {layout.margin, base_line}, text, style);
+}
+
 }  // namespace
 
 Status render_top_view(const TopView& view, const std::string& path) {
@@ -132,10 +140,10 @@ Status render_top_view(const TopView& view, const std::string& path) {
   const double unit = layout.unit;
 
   Canvas canvas(layout.width_px, layout.height_px, kPage);
-  draw_text(canvas, {layout.margin, layout.title_line}, view.title,
-            {.height_px = 22 * unit, .color = kInkColor});
-  draw_text(canvas, {layout.margin, layout.subtitle_line}, view.subtitle,
-            {.height_px = 13 * unit, .color = kFaintInkColor});
+  draw_heading(canvas, layout, layout.title_line, view.title,
+               {.height_px = 22 * unit, .color = kInkColor});
+  draw_heading(canvas, layout, layout.subtitle_line, view.subtitle,
+               {.height_px = 13 * unit, .color = kFaintInkColor});
   for (std::size_t i = 0; i < windows.size(); ++i) {
     const Area& panel = layout.panels[i];
     const double px_per_m = map.paint(canvas, panel, windows[i], unit);
