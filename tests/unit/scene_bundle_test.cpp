@@ -72,6 +72,39 @@ TEST(SceneBundle, every_flipped_bit_is_refused) {
   }
 }
 
+// Damage behind a checksum that fits: refused, or harmless to every accessor.
+TEST(SceneBundle, forged_records_are_refused_or_harmless) {
+  constexpr std::size_t kPreambleBytes = 64, kChecksumAt = 24;
+  const std::vector<std::byte> whole = bundle_of_five_boxes();
+  Random random(3);
+  int refused = 0;
+  for (int k = 0; k < 4000; ++k) {
+    std::vector<std::byte> forged = whole;
+    const std::size_t at = kPreambleBytes + random.below(whole.size() - kPreambleBytes);
+    forged[at] = static_cast<std::byte>(random.below(3) ? random.below(256) : 255);
+    const Digest checksum = digest_of(std::span(forged).subspan(kPreambleBytes));
+    std::memcpy(forged.data() + kChecksumAt, checksum.bytes.data(), checksum.bytes.size());
+    const auto scene = Scene::from_bytes(std::move(forged));
+    if (!scene.ok()) {
+      EXPECT_EQ(scene.error().kind, ErrorKind::kInvalidInput);
+      ++refused;
+      continue;
+    }
+    double sum = 0;
+    for (std::uint32_t i = 0; i < (*scene)->object_count(); ++i) {
+      for (const char c : (*scene)->name(ObjectId{i})) sum += c;
+      for (const Triangle& t : (*scene)->triangles(ObjectId{i}))
+        for (const std::uint32_t v : t.vertex) sum += (*scene)->vertices()[v].x;
+    }
+    for (const Occluder& o : (*scene)->occluders()) {
+      for (const Vec3& p : (*scene)->points(o)) sum += p.x;
+      for (const ObjectId id : (*scene)->owners(o)) sum += (*scene)->object(id).box.lo.x;
+    }
+    EXPECT_TRUE(std::isfinite(sum));
+  }
+  EXPECT_GT(refused, 2000);
+}
+
 TEST(SceneBundle, a_mapped_file_is_the_scene_and_a_missing_one_an_io_error) {
   const std::string path = testing::TempDir() + "five_boxes." + std::to_string(::getpid());
   const std::vector<std::byte> bytes = bundle_of_five_boxes();
