@@ -32,12 +32,15 @@ OccluderRanking::OccluderRanking(const Scene& scene) : scene_(scene) {
     if (occluders[i].face_of >= 0) continue;
     const Vec3 center = occluders[i].box.center();
     ball_of[i] = static_cast<std::uint32_t>(balls_.size());
+    const auto owners = scene.owners(occluders[i]);
+    const bool single = owners.size() == 1 && scene.object(owners[0]).occludee;
     balls_.push_back(
         {{static_cast<float>(center.x), static_cast<float>(center.y), static_cast<float>(center.z)},
          static_cast<float>(0.5 * length(occluders[i].box.size())),
          i,
          0,
-         0});
+         0,
+         single ? index_of(owners[0]) : kNoSingleOwner});
   }
   for (const Occluder& o : occluders)
     if (o.face_of >= 0) ++balls_[ball_of[o.face_of]].face_count;
@@ -65,7 +68,6 @@ void OccluderRanking::rank(const CellFrame& frame, const VisibleSet& candidates,
   const double least_distance = 1e-3 + 0.5 * cell_radius;
   const auto consider = [&](std::uint32_t index) {
     const Occluder& occluder = scene_.occluders()[index];
-    if (!owner_in(scene_, occluder, candidates)) return;
     const double solid_angle = solid_angle_of(occluder.box, eye, least_distance);
     if (solid_angle >= least_solid_angle) out.push_back({index, solid_angle});
   };
@@ -76,6 +78,10 @@ void OccluderRanking::rank(const CellFrame& frame, const VisibleSet& candidates,
     const double squared = dx * dx + dy * dy + dz * dz, reach = ball.radius + cell_radius;
     const double size = 4.0 * ball.radius * ball.radius;
     if (size < least_solid_angle * (0.5 * squared - reach * reach)) continue;
+    if (ball.owner != kNoSingleOwner
+            ? !candidates.contains(ObjectId{ball.owner})
+            : !owner_in(scene_, scene_.occluders()[ball.index], candidates))
+      continue;
     consider(ball.index);
     if (squared <= 4 * reach * reach)
       for (std::uint32_t f = 0; f < ball.face_count; ++f) consider(faces_[ball.first_face + f]);

@@ -32,10 +32,12 @@ class OccluderRanking {
             std::size_t sorted, std::vector<RankedOccluder>& out) const;
 
  private:
+  static constexpr std::uint32_t kNoSingleOwner = ~0u;
   struct Ball {
     float center[3], radius;
-    std::uint32_t index, face_count;  // its faces follow it in faces_
-    std::uint32_t first_face;
+    std::uint32_t index;
+    std::uint32_t first_face, face_count;  // into faces_
+    std::uint32_t owner;                   // the one occludee that owns it; kNoSingleOwner
   };
   const Scene& scene_;
   std::vector<Ball> balls_;           // of every occluder but faces of solids
