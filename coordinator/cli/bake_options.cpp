@@ -1,0 +1,206 @@
+#include "coordinator/cli/bake_options.hpp"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <iomanip>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "common/base/log.hpp"
+#include "common/scene/import.hpp"
+#include "common/scene/scene_build.hpp"
+#include "coordinator/cli/progress_line.hpp"
+
+namespace pvsfarm {
+namespace {
+
+constexpr double kDefaultCells = 10'000;  // over the ground of the scene, walkable or not
+
+// The size of grid cells where none is asked for: so many would cover the scene's ground; a round
+// number, at least a metre.
+double fitting_cell_size(const Box& bounds) {
+  const Vec3 size = bounds.size();
+  const double wanted = std::sqrt(std::max(size.x * size.y, 1.0) / kDefaultCells);
+  double step = 1;
+  for (const double factor : {2.0, 2.5, 2.0, 2.0, 2.5, 2.0, 2.0, 2.5, 2.0}) {
+    if (step >= wanted) break;
+    step *= factor;
+  }
+  return step;
+}
+
+Result<std::vector<RootCell>> root_cells(const BakeOptions& options, const Scene& scene,
+                                         const BakeObserver& observer) {
+  if (!options.cells.empty() && options.cells.rfind("grid:", 0) != 0)
+    return read_cells(options.cells);
+  GridRequest request{.size = fitting_cell_size(scene.bounds())};
+  if (!options.cells.empty()) {
+    const Result<GridRequest> asked = parse_grid(options.cells);
+    if (!asked) return Error{ErrorKind::kCommandLine, asked.error().text};
+    request = *asked;
+  }
+  auto cells = grid_cells(scene, request);
+  if (!cells) return cells.error();
+  if (options.cells.empty()) {
+    std::ostringstream text;
+    text << "no --cells given: a grid of " << request.size << " m, " << cells->size()
+         << " cells over the walkable ground";
+    observer.note(text.str());
+  }
+  return cells;
+}
+
+void print_json(const std::string& output, const BakeSummary& s) {
+  const nlohmann::ordered_json json{{"output", output},
+                                    {"already_baked", s.already_baked},
+                                    {"cells", s.cells},
+                                    {"leaves", s.leaves},
+                                    {"quarantined", s.quarantined},
+                                    {"contradictions", s.contradictions},
+                                    {"evaluated", s.evaluated},
+                                    {"resumed", s.resumed},
+                                    {"mean_objects", s.mean_objects},
+                                    {"mean_triangles", s.mean_triangles},
+                                    {"culled_percent", s.culled_percent},
+                                    {"bytes", s.file_bytes},
+                                    {"seconds", s.seconds},
+                                    {"workers", s.workers},
+                                    {"worker_cpu_ms_per_cell", s.worker_cpu_ms_per_cell},
+                                    {"coordinator_cpu_ms_per_cell", s.coordinator_cpu_ms_per_cell}};
+  std::cout << json.dump() << '\n';
+}
+
+void print_text(const std::string& output, const BakeSummary& s, int verbosity) {
+  if (verbosity < 0) return;
+  std::cout << std::fixed << std::setprecision(1);
+  std::cout << output << ": " << s.leaves << " leaf cells of " << s.cells << ", "
+            << bytes_text(s.file_bytes) << "\n"
+            << "mean PVS: " << s.mean_objects << " objects, " << s.mean_triangles << " triangles, "
+            << s.culled_percent << " % culled\n"
+            << "time: " << duration_text(s.seconds) << ", " << s.worker_cpu_ms_per_cell
+            << " ms of CPU a cell";
+  if (s.resumed > 0) std::cout << ", " << s.resumed << " cells from the journal";
+  std::cout << '\n';
+  if (verbosity > 0)
+    std::cout << std::setprecision(3) << "coordinator: " << s.coordinator_cpu_ms_per_cell
+              << " ms of CPU a cell\n";
+}
+
+}  // namespace
+
+std::shared_ptr<BakeOptions> add_bake_options(CLI::App& command) {
+  auto options = std::make_shared<BakeOptions>();
+  BakeSettings& settings = options->settings;
+  command.add_option("scene", options->scene, "glTF, GLB, OBJ or PLY")->required();
+  command.add_option("-o,--output", options->output, "the store, OUT.pvs")->required();
+  command.add_option("--cells", options->cells,
+                     "FILE.json, or grid:SIZE[:HEIGHT] over the walkable ground; default: a grid");
+  command.add_option("--tags", options->tags, "FILE.json: what occludes, what is culled");
+  command.add_option("--occluders", options->occluders, "a scene file of geometry that only hides");
+  command.add_option("--up", options->up, "y or z; default: y for glTF, z for others")
+      ->check(CLI::IsMember({"y", "z"}));
+  command
+      .add_option("--budget", settings.subdivision.budget_triangles,
+                  "split cells whose PVS holds more triangles; 0: never")
+      ->capture_default_str();
+  command
+      .add_option("--min-cell", settings.subdivision.min_cell_m,
+                  "never split a side shorter than twice this, in metres")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command.add_option("--raster", options->raster, "osmesa or direct")
+      ->check(CLI::IsMember({"osmesa", "direct"}))
+      ->capture_default_str();
+  command.add_option("--resolution", settings.evaluator.resolution_px, "pixels a side of a map")
+      ->check(CLI::Range(64, 1024))
+      ->capture_default_str();
+  command
+      .add_option("--planes", settings.evaluator.planes_per_face, "projection planes a cell face")
+      ->check(CLI::Range(1, 16))
+      ->capture_default_str();
+  command
+      .add_option("--extent", settings.evaluator.extent,
+                  "half side of a map over cell half side and distance")
+      ->check(CLI::Range(0.25, 4.0))
+      ->capture_default_str();
+  command
+      .add_option("--near", settings.evaluator.near_m,
+                  "matter nearer to the cell never hides, in metres")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command.add_flag("--fresh", options->fresh, "discard what an earlier bake left, and begin anew");
+  command.add_flag("--json", options->json, "the summary as one JSON object");
+  return options;
+}
+
+Result<BakeJob> prepare_job(const BakeOptions& options, const BakeObserver& observer) {
+  ImportOptions import{.scene_path = options.scene,
+                       .up = std::nullopt,
+                       .tags_path = options.tags,
+                       .occluders_path = options.occluders};
+  if (!options.up.empty()) import.up = options.up == "y" ? UpAxis::kY : UpAxis::kZ;
+  auto imported = import_scene(import);
+  if (!imported) return imported.error();
+  for (const std::string& warning : imported->warnings) observer.warning(warning);
+  auto bundle = build_bundle(imported->source);
+  if (!bundle) {
+    Error error = bundle.error();
+    error.text = options.scene + ": " + error.text;
+    return error;
+  }
+  BakeJob job{.settings = options.settings, .output = options.output, .fresh = options.fresh};
+  job.settings.evaluator.raster =
+      options.raster == "osmesa" ? RasterKind::kOsmesa : RasterKind::kDirect;
+  {
+    const auto scene = Scene::from_bytes(*bundle);
+    if (!scene) return scene.error();
+    auto roots = root_cells(options, **scene, observer);
+    if (!roots) return roots.error();
+    job.roots = std::move(roots).value();
+    observer.note(std::to_string((*scene)->object_count()) + " objects, " +
+                  std::to_string((*scene)->all_triangles().size()) + " triangles, " +
+                  std::to_string(job.roots.size()) + " cells");
+  }
+  job.bundle = std::move(bundle).value();
+  return job;
+}
+
+BakeObserver observe(const CommandContext& context) {
+  auto line = std::make_shared<ProgressLine>(ProgressLine::Options{
+      .terminal = isatty(STDERR_FILENO) == 1, .quiet = context.verbosity < 0});
+  return {.progress = [line](const StatusReport& report) { line->show(report); },
+          .note =
+              [line](const std::string& text) {
+                line->clear();
+                log_info(text);
+              },
+          .warning =
+              [line](const std::string& text) {
+                line->clear();
+                log_warning(text);
+              }};
+}
+
+Status run_bake(const BakeOptions& options, const FarmOptions& farm,
+                const CommandContext& context) {
+  const BakeObserver observer = observe(context);
+  Result<BakeJob> job = prepare_job(options, observer);
+  if (!job) return job.error();
+  const Result<BakeSummary> summary = bake(std::move(job).value(), farm, observer);
+  if (!summary) return summary.error();
+  if (summary->already_baked) observer.note(options.output + ": already baked");
+  if (options.json)
+    print_json(options.output, *summary);
+  else if (!summary->already_baked)
+    print_text(options.output, *summary, context.verbosity);
+  if (summary->quarantined > 0)
+    return Error{ErrorKind::kIncomplete,
+                 options.output + ": " + std::to_string(summary->quarantined) +
+                     " cells could not be evaluated and keep their parent's set; the same command "
+                     "tries them again"};
+  return {};
+}
+
+}  // namespace pvsfarm

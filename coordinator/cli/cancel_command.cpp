@@ -1,0 +1,26 @@
+// `pvsfarm cancel OUT.pvs|ENDPOINT`: stop a running bake at once.
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "coordinator/cli/ask_coordinator.hpp"
+#include "coordinator/cli/command.hpp"
+
+namespace pvsfarm {
+
+void add_cancel_command(CLI::App& app, CommandContext& context) {
+  auto where = std::make_shared<std::string>();
+  CLI::App* command = app.add_subcommand("cancel", "stop a running bake at once");
+  command->add_option("where", *where, "the bake's OUT.pvs, or its endpoint")->required();
+  command->footer(
+      "Only what is in the journal stays: the bake command goes on from there.\n"
+      "Example:\n  pvsfarm cancel city.pvs");
+  command->callback([&context, where] {
+    context.run = [where]() -> Status {
+      const Result<Message> answer = ask_coordinator(*where, Control{ControlKind::kCancel});
+      if (!answer) return answer.error();
+      return {};
+    };
+  });
+}
+
+}  // namespace pvsfarm

@@ -1,0 +1,34 @@
+// How far a bake is, for a person: one line that is redrawn on a terminal, elsewhere a line every
+// ten seconds. On stderr.
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include "common/wire/messages.hpp"
+
+namespace pvsfarm {
+
+std::string bytes_text(std::uint64_t bytes);            // "1.2 MB"
+std::string duration_text(double seconds);              // "1 h 02 min", "3 min 07 s", "4.2 s"
+std::string progress_text(const StatusReport& report);  // without a newline
+
+class ProgressLine {
+ public:
+  struct Options {
+    bool terminal = false;
+    bool quiet = false;
+  };
+  explicit ProgressLine(const Options& options) : options_(options) {}
+  ~ProgressLine() { clear(); }
+
+  void show(const StatusReport& report);
+  void clear();  // before other lines
+
+ private:
+  Options options_;
+  bool drawn_ = false;
+  std::uint64_t next_ms_ = 10'000;  // of the bake's own time, off a terminal
+};
+
+}  // namespace pvsfarm

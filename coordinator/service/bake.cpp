@@ -1,0 +1,261 @@
+#include "coordinator/service/bake.hpp"
+
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <random>
+
+#include "common/base/file.hpp"
+#include "common/pvs/kernel.hpp"
+#include "common/pvs/store_reader.hpp"
+#include "coordinator/merger/store_build.hpp"
+#include "coordinator/service/bake_identity.hpp"
+#include "coordinator/service/farm_loop.hpp"
+
+namespace pvsfarm {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+using Clock = FarmLoop::Clock;
+
+double process_cpu_ms() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) * 1e3 + static_cast<double>(time.tv_nsec) / 1e6;
+}
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// A file or folder that goes with the bake, however it ends.
+struct Temporary {
+  std::string path;
+  explicit Temporary(std::string p = "") : path(std::move(p)) {}
+  Temporary(Temporary&& other) noexcept : path(std::exchange(other.path, "")) {}
+  ~Temporary() {
+    std::error_code none;
+    if (!path.empty()) fs::remove_all(path, none);
+  }
+};
+
+std::string journal_path(const std::string& output) { return output + ".journal"; }
+std::string endpoint_path(const std::string& output) { return output + ".endpoint"; }
+
+Result<Temporary> private_folder() {
+  std::error_code error;
+  std::string pattern = fs::temp_directory_path(error).string();
+  // The name of a local socket has 107 bytes at most.
+  if (error || pattern.size() > 80) pattern = "/tmp";
+  pattern += "/pvsfarm-XXXXXX";
+  if (mkdtemp(pattern.data()) == nullptr)
+    return io_error(pattern + ": cannot make a temporary folder: " + std::strerror(errno));
+  return Temporary(pattern);
+}
+
+bool already_baked(const BakeJob& job, const Digest& bake_digest) {
+  std::error_code none;
+  if (job.fresh || fs::exists(journal_path(job.output), none) || !fs::exists(job.output, none))
+    return false;
+  const auto store = StoreReader::open(job.output);
+  return store && (*store)->header().bake_digest == bake_digest;
+}
+
+Status check_output(const std::string& output) {
+  std::error_code none;
+  if (fs::is_directory(output, none))
+    return io_error(output + ": is a folder; give a file name for -o");
+  const std::string folder = fs::path(output).parent_path().string();
+  const std::string where = folder.empty() ? "." : folder;
+  if (!fs::is_directory(where, none)) return io_error(where + ": no such folder; make it first");
+  if (access(where.c_str(), W_OK | X_OK) != 0)
+    return io_error(where + ": cannot write there: " + std::strerror(errno));
+  return {};
+}
+
+// The bake while it runs: what outlives the loop and is needed by the final store.
+struct Running {
+  std::shared_ptr<const Scene> scene;
+  std::vector<std::int64_t> root_ids;
+  std::unique_ptr<Tree> tree;
+  std::unique_ptr<Journal> journal;
+  Estimate estimate;
+  std::uint64_t resumed = 0;
+  std::string kernel;
+};
+
+// Rebuilds the hierarchy from the journal: the same merges in canonical order.
+Status resume(Running& running) {
+  Merger merger(*running.tree, *running.journal);
+  for (std::uint32_t i = 0; i < running.tree->root_count(); ++i) running.estimate.opened(0);
+  Status status = running.journal->for_each([&](const ResultRow& row) -> Status {
+    const Result<MergeAnswer> answer = merger.replay(row);
+    if (!answer) return answer.error();
+    running.estimate.done({row.key.depth(), row.statistics.cpu_ms, answer->split, false});
+    for (int half = 0; answer->split && half < 2; ++half)
+      running.estimate.opened(row.key.depth() + 1);
+    ++running.resumed;
+    return {};
+  });
+  if (!status) return status;
+  Result<std::string> kernel = running.journal->kernel();
+  if (!kernel) return kernel.error();
+  running.kernel = std::move(kernel).value();
+  return {};
+}
+
+Status write_store(const Running& running, const BakeJob& job, const Digest& bake_digest,
+                   BakeSummary& summary) {
+  const StoreHeader header{running.scene->file_up(), running.scene->digest(), bake_digest,
+                           settings_json(job.settings, running.kernel)};
+  auto writer = StoreWriter::create(job.output, header, *running.scene);
+  if (!writer) return writer.error();
+  StoreBuild build(*running.tree, running.root_ids, **writer);
+  Status added = running.journal->for_each([&](const ResultRow& row) { return build.add(row); });
+  if (!added) return added;
+  if (Status status = build.finish(); !status) return status;
+  // The statistics first: when the store is there, everything is.
+  if (Status status = write_file(job.output + ".stats", build.statistics_lines()); !status)
+    return status;
+  if (Status status = (*writer)->finish(); !status) return status;
+
+  const StoreFigures& figures = build.figures();
+  const auto leaves = static_cast<double>(figures.leaves);
+  const auto all = static_cast<double>(running.tree->triangles(running.tree->occludees()));
+  summary.cells = figures.nodes;
+  summary.leaves = figures.leaves;
+  summary.quarantined = figures.quarantined;
+  summary.mean_objects = static_cast<double>(figures.leaf_objects) / leaves;
+  summary.mean_triangles = static_cast<double>(figures.leaf_triangles) / leaves;
+  summary.culled_percent = all > 0 ? 100 * (1 - summary.mean_triangles / all) : 0;
+  summary.worker_cpu_ms_per_cell = figures.cpu_ms / static_cast<double>(figures.nodes);
+  std::error_code none;
+  summary.file_bytes = fs::file_size(job.output, none);
+  return {};
+}
+
+DeskSettings desk_settings(const BakeJob& job, const Running& running, std::string scene_path) {
+  std::random_device device;
+  DeskSettings settings{.evaluator = job.settings.evaluator,
+                        .scene_digest = running.scene->digest(),
+                        .scene = running.scene->bundle(),
+                        .scene_path = std::move(scene_path),
+                        .pinned_kernel = running.kernel,
+                        .output = job.output};
+  settings.epoch = (static_cast<std::uint64_t>(device()) << 32 | device()) | 1;
+  return settings;
+}
+
+// From the first worker to the last cell.
+Status run_farm(const BakeJob& job, const FarmOptions& farm, const BakeObserver& observer,
+                Running& running, const std::string& scene_path, const std::string& folder,
+                BakeSummary& summary) {
+  SignalWatch signals;
+  const std::string wanted = farm.endpoint.empty() ? "ipc://" + folder + "/farm" : farm.endpoint;
+  auto router = Router::bind(wanted);
+  if (!router) return router.error();
+  const Temporary endpoint_file(endpoint_path(job.output));
+  if (Status status = write_file(endpoint_file.path, (*router)->endpoint() + "\n"); !status)
+    return status;
+  if (farm.local_workers == 0) observer.note("listening on " + (*router)->endpoint());
+
+  const Clock::time_point start = Clock::now();
+  const double cpu_before_ms = process_cpu_ms();
+  Desk desk(desk_settings(job, running, scene_path), *running.tree, *running.journal,
+            running.estimate, Millis(0));
+  LocalWorkerOptions worker_options{farm.worker_program, {}, farm.local_workers};
+  worker_options.arguments = {"--connect", (*router)->endpoint()};
+  for (const std::string& argument : farm.worker_arguments)
+    worker_options.arguments.push_back(argument);
+  LocalWorkers workers(std::move(worker_options));
+  if (farm.local_workers > 0 && !desk.done())
+    if (Status status = workers.start(); !status) return status;
+
+  FarmLoop loop(**router, desk, *running.journal, farm.local_workers > 0 ? &workers : nullptr,
+                signals, observer, start);
+  const Status status = loop.run();
+  const double cpu_ms = process_cpu_ms() - cpu_before_ms;
+  desk.say_shutdown();
+  for (const Outgoing& out : desk.take_outgoing())
+    (*router)->send(out.peer, out.envelope, out.message);
+  // The good-bye must leave before the socket closes; each worker's answer is its BYE.
+  for (const auto end = Clock::now() + 500ms; desk.session_count() > 0 && Clock::now() < end;) {
+    (*router)->wait(20ms);
+    while (const auto received = (*router)->receive())
+      if (Status late = desk.receive(received->peer, received->decoded, loop.now()); !late) break;
+  }
+  running.kernel = desk.pinned_kernel();
+  summary.contradictions = desk.contradictions();
+  summary.workers = desk.sessions_seen();
+  summary.evaluated = running.journal->row_count() - running.resumed;
+  summary.coordinator_cpu_ms_per_cell =
+      summary.evaluated > 0 ? cpu_ms / static_cast<double>(summary.evaluated) : 0;
+  return status;
+}
+
+}  // namespace
+
+Result<BakeSummary> bake(BakeJob job, const FarmOptions& farm, const BakeObserver& observer) {
+  const Clock::time_point start = Clock::now();
+  const Digest bake_digest = bake_digest_of(digest_of(job.bundle), job.roots, job.settings);
+  if (Status status = check_output(job.output); !status) return status.error();
+  if (already_baked(job, bake_digest)) return BakeSummary{.already_baked = true};
+
+  // 1. The journal: this bake's, or none.
+  if (job.fresh)
+    if (Status status = Journal::discard(journal_path(job.output)); !status) return status.error();
+  Running running;
+  auto journal =
+      Journal::open(journal_path(job.output), {bake_digest, settings_json(job.settings, "")});
+  if (!journal) return journal.error();
+  running.journal = std::move(journal).value();
+
+  // 2. The scene, as a file that the workers of this machine map too.
+  Result<Temporary> folder = private_folder();
+  if (!folder) return folder.error();
+  const std::string scene_path = folder->path + "/scene";
+  const std::string_view bytes(reinterpret_cast<const char*>(job.bundle.data()), job.bundle.size());
+  if (Status status = write_file(scene_path, bytes); !status) return status.error();
+  std::vector<std::byte>().swap(job.bundle);
+  auto scene = Scene::map(scene_path);
+  if (!scene) return scene.error();
+  running.scene = std::move(scene).value();
+
+  // 3. The hierarchy as far as it was, and the farm for the rest.
+  std::vector<Cell> cells;
+  for (const RootCell& root : job.roots) {
+    cells.push_back(root.cell);
+    running.root_ids.push_back(root.id);
+  }
+  running.tree = std::make_unique<Tree>(TreeScene::of(*running.scene), std::move(cells),
+                                        job.settings.subdivision);
+  if (Status status = resume(running); !status) return status.error();
+  if (running.resumed > 0)
+    observer.note("resuming: " + std::to_string(running.resumed) + " cells are in the journal");
+  BakeSummary summary{.resumed = running.resumed};
+  if (Status status = run_farm(job, farm, observer, running, scene_path, folder->path, summary);
+      !status)
+    return status.error();
+
+  // 4. The store. Its journal stays if cells are missing: the same command tries them again.
+  if (Status status = write_store(running, job, bake_digest, summary); !status)
+    return status.error();
+  if (summary.quarantined == 0)
+    if (Status status = running.journal->remove(); !status) return status.error();
+  summary.seconds = seconds_since(start);
+  return summary;
+}
+
+Result<std::string> endpoint_of(const std::string& output) {
+  const auto text = read_file(endpoint_path(output));
+  if (!text) return runtime_error(output + ": no coordinator is at work on it");
+  return text->substr(0, text->find('\n'));
+}
+
+}  // namespace pvsfarm

@@ -1,0 +1,57 @@
+// One bake from start to store: journal, poll loop, workers, final file.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/cells/cell_source.hpp"
+#include "common/pvs/settings.hpp"
+#include "common/scene/scene.hpp"
+#include "common/wire/messages.hpp"
+
+namespace pvsfarm {
+
+struct BakeJob {
+  std::vector<std::byte> bundle;  // of the scene; moved to a file that the workers map
+  std::vector<RootCell> roots;
+  BakeSettings settings;
+  std::string output;  // OUT.pvs; beside it OUT.pvs.journal while it is not complete
+  bool fresh = false;  // discard a journal, whatever bake it belongs to
+};
+
+struct FarmOptions {
+  std::string endpoint;        // "": an ipc endpoint in a private folder
+  unsigned local_workers = 2;  // 0: workers come by themselves
+  std::string worker_program;
+  std::vector<std::string> worker_arguments;
+};
+
+// What happens meanwhile, for the command to show. Threads: the caller's.
+struct BakeObserver {
+  std::function<void(const StatusReport&)> progress;      // a few times a second
+  std::function<void(const std::string&)> note, warning;  // lines for the log
+};
+
+struct BakeSummary {
+  bool already_baked = false;
+  std::uint64_t cells = 0, leaves = 0, quarantined = 0, contradictions = 0;
+  std::uint64_t evaluated = 0, resumed = 0;                         // in this run, from the journal
+  double mean_objects = 0, mean_triangles = 0, culled_percent = 0;  // over the leaves
+  std::uint64_t file_bytes = 0;
+  double seconds = 0;
+  double worker_cpu_ms_per_cell = 0;
+  double coordinator_cpu_ms_per_cell = 0;
+  std::uint64_t workers = 0;  // sessions in all
+};
+
+// Requires: SIGINT, SIGTERM and SIGCHLD are this function's while it runs.
+// Errors: kIo (output, journal), kInvalidInput (another bake's journal), kRuntime (no worker left),
+// kInterrupted (Ctrl-C, drain, cancel: the journal stays).
+Result<BakeSummary> bake(BakeJob job, const FarmOptions& farm, const BakeObserver& observer);
+
+// Where a running coordinator of this output listens. Errors: kRuntime if there is none.
+Result<std::string> endpoint_of(const std::string& output);
+
+}  // namespace pvsfarm

@@ -1,0 +1,110 @@
+#include "coordinator/service/farm_loop.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace pvsfarm {
+namespace {
+using namespace std::chrono_literals;
+constexpr int kMessagesATurn = 256;  // then deadlines are looked at again
+constexpr Millis kProgressEvery{200};
+constexpr Millis kFlushLimit{2'000};  // for what is on its way when asked to stop
+}  // namespace
+
+Status FarmLoop::receive_some() {
+  more_waiting_ = true;
+  for (int i = 0; i < kMessagesATurn; ++i) {
+    const std::optional<Received> received = router_.receive();
+    if (!received) {
+      more_waiting_ = false;
+      return {};
+    }
+    if (Status status = desk_.receive(received->peer, received->decoded, now()); !status)
+      return status;
+  }
+  return {};
+}
+
+// Before any result of its kernel can be committed.
+Status FarmLoop::keep_kernel() {
+  if (desk_.pinned_kernel() == kept_kernel_) return {};
+  kept_kernel_ = desk_.pinned_kernel();
+  return journal_.set_kernel(kept_kernel_);
+}
+
+void FarmLoop::send_all() {
+  std::vector<Outgoing> batch = desk_.take_outgoing();
+  while (!batch.empty()) {
+    for (const Outgoing& out : batch) {
+      const SendOutcome outcome = router_.send(out.peer, out.envelope, out.message);
+      if (outcome == SendOutcome::kSent) continue;
+      router_.forget(out.peer);
+      desk_.gone(out.peer);
+    }
+    batch = desk_.take_outgoing();
+  }
+}
+
+Status FarmLoop::look_after_workers() {
+  if (workers_ == nullptr) return {};
+  const auto ended = workers_->look_after(cells_done_, Clock::now());
+  if (!ended) return ended.error();
+  for (const LocalWorkers::Ended& worker : *ended) {
+    observer_.warning("worker " + std::to_string(worker.pid) + " ended: " + worker.how);
+    desk_.worker_exited(worker.pid);
+  }
+  return {};
+}
+
+void FarmLoop::say_how_far() {
+  for (const std::string& warning : desk_.take_warnings()) observer_.warning(warning);
+  if (now() < next_progress_) return;
+  next_progress_ = now() + kProgressEvery;
+  const StatusReport report = desk_.status(now());
+  cells_done_ = report.cells_done;
+  observer_.progress(report);
+}
+
+bool FarmLoop::asked_to_stop() {
+  const bool asked = signals_.interrupted() || desk_.drain_asked() || desk_.cancel_asked();
+  if (!asked) return false;
+  if (!stop_at_) {
+    desk_.stop_leasing();
+    // A drain waits for what runs, however long; an interrupt not for ever; a cancel not at all.
+    const Millis limit = desk_.cancel_asked()     ? Millis(0)
+                         : signals_.interrupted() ? kFlushLimit
+                                                  : Millis(24h);
+    stop_at_ = now() + limit;
+    observer_.note("stopping: what runs may finish; again to quit at once");
+  }
+  if (desk_.cancel_asked()) stop_at_ = std::min(*stop_at_, now());
+  if (signals_.interrupted()) stop_at_ = std::min(*stop_at_, now() + kFlushLimit);
+  return desk_.quiet() || now() >= *stop_at_;
+}
+
+Status FarmLoop::run() {
+  kept_kernel_ = desk_.pinned_kernel();
+  while (!desk_.done()) {
+    if (Status status = receive_some(); !status) return status;
+    if (Status status = keep_kernel(); !status) return status;
+    if (Status status = desk_.tick(now()); !status) return status;
+    if (Status status = look_after_workers(); !status) return status;
+    send_all();
+    say_how_far();
+    if (asked_to_stop()) {
+      if (Status status = journal_.commit(); !status) return status;
+      return Error{ErrorKind::kInterrupted,
+                   "stopped; the journal keeps what is done, the same command goes on from there"};
+    }
+    if (more_waiting_ || desk_.done()) continue;
+    const Millis wake = std::min(desk_.next_wake(now()), next_progress_);
+    const std::array<int, 1> events{signals_.fd()};
+    router_.wait(std::clamp(wake - now(), 1ms, Millis(kProgressEvery)), events);
+    signals_.drain();
+  }
+  next_progress_ = Millis(0);
+  say_how_far();
+  return {};
+}
+
+}  // namespace pvsfarm

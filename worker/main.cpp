@@ -1,0 +1,66 @@
+// `pvsfarm-worker`: one single-threaded evaluator, any number of them, any time, anywhere.
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <iostream>
+
+#include "common/base/log.hpp"
+#include "worker/evaluator/evaluator.hpp"
+#include "worker/render/osmesa_context.hpp"
+#include "worker/service/scene_cache.hpp"
+#include "worker/service/worker.hpp"
+
+namespace pvsfarm {
+namespace {
+
+EvaluateCell make_evaluator(std::shared_ptr<const Scene> scene, const EvaluatorSettings& settings) {
+  const auto evaluator = std::make_shared<Evaluator>(std::move(scene), settings);
+  return [evaluator](const CellKey& key, const Cell& cell, const VisibleSet& parent) {
+    return evaluator->evaluate(key, cell, parent);
+  };
+}
+
+int run(int argc, char** argv) {
+  WorkerOptions options{.cache_folder = default_cache_folder(),
+                        .build = "pvsfarm-worker " PVSFARM_VERSION};
+  int verbosity = 0;
+  bool quiet = false;
+  CLI::App app("Evaluates cells for a pvsfarm coordinator.", "pvsfarm-worker");
+  app.add_option("--connect", options.endpoint, "where the coordinator listens")
+      ->required()
+      ->envname("PVSFARM_CONNECT");
+  app.add_option("--cache", options.cache_folder, "folder for scenes that are fetched")
+      ->envname("PVSFARM_CACHE")
+      ->capture_default_str();
+  app.add_option("--max-idle", options.max_idle_s, "leave after so many seconds without work")
+      ->check(CLI::NonNegativeNumber);
+  app.add_flag("-q,--quiet", quiet, "only warnings and errors");
+  app.add_flag("-v,--verbose", verbosity, "more on stderr");
+  app.set_version_flag("--version", "pvsfarm-worker " PVSFARM_VERSION);
+  app.footer(
+      "SIGTERM: finishes its task and leaves. Exit codes: 0 done, 42 do not start it again,\n"
+      "75 start it again.\n"
+      "Example:\n  pvsfarm-worker --connect tcp://127.0.0.1:5555");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    std::cerr << "pvsfarm-worker: " << error.what() << "; see pvsfarm-worker --help\n";
+    return kExitDoNotRetry;
+  }
+  const LogLevel usual = quiet ? LogLevel::kWarning : LogLevel::kInfo;
+  set_up_log({.program = "pvsfarm-worker", .level = verbosity > 0 ? LogLevel::kDebug : usual});
+  options.kernel.mesa_version = OsmesaContext::mesa_version();
+  return run_worker(options, make_evaluator);
+}
+
+}  // namespace
+}  // namespace pvsfarm
+
+int main(int argc, char** argv) {
+  try {
+    return pvsfarm::run(argc, argv);
+  } catch (const std::exception& error) {
+    std::cerr << "pvsfarm-worker: " << error.what() << '\n';
+    return pvsfarm::kExitRetry;
+  }
+}
