@@ -12,6 +12,7 @@
 #include "common/scene/import.hpp"
 #include "common/scene/scene_build.hpp"
 #include "coordinator/cli/progress_line.hpp"
+#include "coordinator/cli/text.hpp"
 
 namespace pvsfarm {
 namespace {

@@ -37,11 +37,16 @@ struct CommandContext {
   std::function<Status()> run;
 };
 
+void add_bake_command(CLI::App& app, CommandContext& context);
+void add_cancel_command(CLI::App& app, CommandContext& context);
+void add_coordinate_command(CLI::App& app, CommandContext& context);
 void add_diff_command(CLI::App& app, CommandContext& context);
+void add_drain_command(CLI::App& app, CommandContext& context);
 void add_export_command(CLI::App& app, CommandContext& context);
 void add_generate_command(CLI::App& app, CommandContext& context);
 void add_inspect_command(CLI::App& app, CommandContext& context);
 void add_query_command(CLI::App& app, CommandContext& context);
+void add_status_command(CLI::App& app, CommandContext& context);
 void add_validate_command(CLI::App& app, CommandContext& context);
 
 }  // namespace pvsfarm

@@ -43,6 +43,11 @@ LogLevel log_level(int verbosity) {
 
 void add_commands(CLI::App& app, CommandContext& context) {
   add_generate_command(app, context);
+  add_bake_command(app, context);
+  add_coordinate_command(app, context);
+  add_status_command(app, context);
+  add_drain_command(app, context);
+  add_cancel_command(app, context);
   add_inspect_command(app, context);
   add_query_command(app, context);
   add_export_command(app, context);

@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "common/base/log.hpp"
+#include "coordinator/cli/text.hpp"
 
 namespace pvsfarm {
 namespace {
@@ -17,14 +18,6 @@ std::string format(const char* pattern, Arguments... arguments) {
   return text;
 }
 }  // namespace
-
-std::string bytes_text(std::uint64_t bytes) {
-  const auto value = static_cast<double>(bytes);
-  if (value < 1e3) return format("%.0f B", value);
-  if (value < 1e6) return format("%.1f kB", value / 1e3);
-  if (value < 1e9) return format("%.1f MB", value / 1e6);
-  return format("%.2f GB", value / 1e9);
-}
 
 std::string duration_text(double seconds) {
   if (seconds < 60) return format("%.1f s", seconds);

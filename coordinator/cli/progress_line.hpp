@@ -9,7 +9,6 @@
 
 namespace pvsfarm {
 
-std::string bytes_text(std::uint64_t bytes);            // "1.2 MB"
 std::string duration_text(double seconds);              // "1 h 02 min", "3 min 07 s", "4.2 s"
 std::string progress_text(const StatusReport& report);  // without a newline
 

@@ -7,6 +7,7 @@
 #include "coordinator/cli/ask_coordinator.hpp"
 #include "coordinator/cli/command.hpp"
 #include "coordinator/cli/progress_line.hpp"
+#include "coordinator/cli/text.hpp"
 
 namespace pvsfarm {
 namespace {
