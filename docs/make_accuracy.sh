@@ -73,12 +73,13 @@ cat <<END
 
 ## What the farm adds
 
-The same city, baked by the real programs: one coordinator, one worker and then two, in turn three
-times; of each the fastest run counts, from the first process's start to the coordinator's end. The
-run fails if any two stores differ in a byte.
+The same city, baked by the real programs: a coordinator and one worker, then two, in turn three
+times; of each the fastest run counts. *Start* is the wall time of a bake of eight cells: reading the
+scene, building the bundle, writing the store. *Baking* is the wall time of all cells less that, and
+the milliseconds are processor time a cell, likewise. The run fails if two stores differ in a byte.
 
-| workers | cells | wall, s | over one worker | worker, ms a cell | coordinator, ms a cell | store |
-|---|---|---|---|---|---|---|
+| workers | cells | start, s | baking, s | times one worker | worker, ms | coordinator, ms | store |
+|---|---|---|---|---|---|---|---|
 END
 echo "farm" >&2
 "$bench" farm --generator city --size 20 --cell-size 5 --cells "$farm_cells" \

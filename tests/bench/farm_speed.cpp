@@ -21,8 +21,9 @@ Result<FarmRun> run_farm(const FarmRequest& request) {
   FarmRun run;
   const double start_ms = wall_ms();
   Result<Child> coordinator =
-      Child::start({request.bin_folder + "/pvsfarm", "coordinate", request.scene_path, "-o", store,
-                    "--cells", request.cells_path, "--tags", request.tags_path, "--bind", endpoint},
+      Child::start({request.bin_folder + "/pvsfarm", "coordinate", request.scene_path + ".obj",
+                    "-o", store, "--cells", request.scene_path + ".cells.json", "--tags",
+                    request.scene_path + ".tags.json", "--bind", endpoint},
                    log);
   if (!coordinator.ok()) return coordinator.error();
   std::vector<Child> workers;

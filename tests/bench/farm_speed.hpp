@@ -17,7 +17,7 @@ struct FarmRun {
 struct FarmRequest {
   std::string bin_folder;   // with pvsfarm and pvsfarm-worker
   std::string work_folder;  // for store, journal, logs; emptied of them
-  std::string scene_path, cells_path, tags_path;
+  std::string scene_path;   // without its ending: .obj, .cells.json and .tags.json stand there
   int workers = 1;
 };
 // Errors: kRuntime with the log's path, if any of the processes fails.
