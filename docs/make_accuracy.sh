@@ -75,8 +75,9 @@ cat <<END
 
 The same city, baked by the real programs: a coordinator and one worker, then two, in turn three
 times; of each the fastest run counts. *Start* is the wall time of a bake of eight cells: reading
-the scene, building the bundle, writing the store. *Baking* is the wall time of all cells less that, and
-the milliseconds are processor time a cell, likewise. The run fails if two stores differ in a byte.
+the scene, building the bundle, writing the store. *Baking* is the wall time of all cells less
+that, and the milliseconds are processor time a cell, likewise. The run fails if two stores differ
+in a byte.
 
 | workers | cells | start, s | baking, s | times one worker | worker, ms | coordinator, ms | store |
 |---|---|---|---|---|---|---|---|

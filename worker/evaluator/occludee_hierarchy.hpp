@@ -1,6 +1,6 @@
 // Tests the scene's hierarchy of occludee boxes against a set of occlusion maps.
 //
-// Source: Durand 2000, 4.2; theory A.3 (Rules P and S), A.9 (futility).
+// Source: Durand 2000, 2.4 and 6.1; theory A.3 (Rules P and S), A.9 (futility).
 #pragma once
 
 #include <bitset>

@@ -1,6 +1,6 @@
 // The hidden rule for occludees: Rule P (one plane), and its outer-conservative rectangle.
 //
-// Source: Durand 2000, 3.2 and 4.2; theory A.3, A.8, A.9.
+// Source: Durand 2000, 2.4 and 3.1; theory A.3, A.8, A.9.
 // Differs from Durand 2000: one plane suffices, and only a plane whose rectangle holds the whole
 // Projection may answer; clipping the Projection to the rectangle is unsound (finite_rect_leak).
 #pragma once

@@ -1,6 +1,6 @@
 // From an occluder of the scene to convex pieces on one side of a projection plane.
 //
-// Source: theory A.4, Rule V. Differs from Durand 2000, 4.1: an occluder that crosses the plane is
+// Source: theory A.4, Rule V. Differs from Durand 2000, 3.2: an occluder that crosses the plane is
 // split at it; projecting it whole is unsound (adversarial case straddle_box).
 #pragma once
 

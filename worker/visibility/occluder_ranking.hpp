@@ -1,6 +1,6 @@
 // Which occluders are worth projecting from a cell.
 //
-// Source: Durand 2000, 5.1 (solid angle); theory A.13. Any choice is sound.
+// Source: Durand 2000, 6.1 (solid angle); theory A.13. Any choice is sound.
 #pragma once
 
 #include <cstdint>

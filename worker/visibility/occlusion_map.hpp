@@ -1,6 +1,6 @@
 // The occlusion map of one projection plane: a depth a pixel, with ray certificates.
 //
-// Source: Durand 2000, 3 and 5.2; theory 0.4, A.9. Pixel q holds Z(q): for every point p of the
+// Source: Durand 2000, 2.3 and 2.4; theory 0.4, A.9. Pixel q holds Z(q): for every point p of the
 // closed pixel and every V of the cell, the ray from V through p meets matter beyond the cell at
 // depth <= Z. Depth is z of the plane frame (negative before the plane); kUncovered = none known.
 // Differs from Durand 2000: the hidden test is for one plane at a time, strict, and never clips.

@@ -1,6 +1,6 @@
 // The OSMesa rasteriser: coverages as shrunk polygons, one batched draw a map.
 //
-// Source: Durand 2000, 5.2 and appendix A; theory A.5 (hardware version).
+// Source: Durand 2000, 3.2 and appendix A; theory A.5 (hardware version).
 // Differs from Durand 2000: the eight views are intersected on the CPU, so one polygon an occluder
 // is drawn instead of eight through the stencil; every half-plane moves inwards by just what makes
 // centre sampling imply full coverage, measured against llvmpipe's snapping (kShrinkPx); the

@@ -1,6 +1,6 @@
 // Where to put projection planes.
 //
-// Source: Durand 2000, 5.3; theory A.13. Any place is sound. A Projection loses least on a plane
+// Source: Durand 2000, 6.1; theory A.13. Any place is sound. A Projection loses least on a plane
 // near its occluder, and blockers stand at all distances: so the first plane goes where the nearest
 // large occluders end, the last one well into the scene, the others between in equal ratios.
 // Differs from Durand 2000: several planes a face, and rectangles fitted to what lies behind.

@@ -1,6 +1,6 @@
 // The extended Projection of a convex piece: the intersection of its views from the cell.
 //
-// Source: Durand 2000, 4.1; theory A.4 (rule V, step 4), A.5. A piece on one side of the plane is
+// Source: Durand 2000, 3.2; theory A.4 (rule V, step 4), A.5. A piece on one side of the plane is
 // covered from every viewpoint of the cell where it is covered from the eight vertices (vertex
 // lemma); a polygon with the cell on one side, wherever it lies (docs/algorithm.md, "polygons").
 // Each view is a set of half-planes; the Projection is all of them together, never their vertices.
