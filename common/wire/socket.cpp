@@ -204,6 +204,7 @@ SendOutcome Dealer::send(const Envelope& envelope, const Message& message) {
 }
 
 std::optional<Received> Dealer::receive() {
+  state_->flush();
   std::size_t count = 0;
   const std::vector<zmq::message_t> parts = receive_parts(state_->socket, 2, count);
   if (count == 0) return std::nullopt;

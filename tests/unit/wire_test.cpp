@@ -29,6 +29,14 @@ Task some_task() {
   return task;
 }
 
+Hello some_hello() {
+  Hello hello;
+  hello.build = "b";
+  hello.kernel = {3, "22.3.6"};
+  hello.host = "h";
+  return hello;
+}
+
 std::vector<Message> one_of_each() {
   const Digest digest = digest_of(some_bytes(3));
   ResultBegin begin{.lease = LeaseId{5}, .bytes = 30};
@@ -36,7 +44,7 @@ std::vector<Message> one_of_each() {
   begin.deltas.push_back({CellKey{1, 2}, 20, {.box_tests = 9}});
   StatusReport status{.output = "a.pvs", .state = "running", .cells_done = 5};
   status.workers.push_back({"host", 12, 5, 1, 20, 1 << 20});
-  return {Hello{.build = "b", .kernel = {3, "22.3.6"}, .host = "h", .pid = 4},
+  return {some_hello(),
           Welcome{.settings = {.raster = RasterKind::kOsmesa},
                   .scene = digest,
                   .scene_bytes = 9,
@@ -148,7 +156,9 @@ TEST(Wire, values_out_of_range_are_refused) {
   rootless.cells[0].key.path = 0;
   EXPECT_TRUE(refused(rootless));
   EXPECT_TRUE(refused(Task{.lease = LeaseId{1}}));
-  EXPECT_TRUE(refused(Hello{.slots = 0}));
+  Hello idle = some_hello();
+  idle.slots = 0;
+  EXPECT_TRUE(refused(idle));
   EXPECT_TRUE(refused(Welcome{.settings = {.resolution_px = 4096}}));
   EXPECT_TRUE(refused(ResultBegin{.bytes = 5, .deltas = {{CellKey{1, 1}, 4, {}}}}));
   EXPECT_TRUE(refused(BlobChunk{.offset = 9, .total_bytes = 10, .data = some_bytes(2)}));
