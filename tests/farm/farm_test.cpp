@@ -59,10 +59,9 @@ class FarmTest : public testing::Test {
                                              const std::vector<std::string>& more) {
     for (const char* word : {"--cells", "/city.cells.json", "--tags", "/city.tags.json"})
       command.push_back(*word == '/' ? suite_ + word : word);
-    for (const std::string& word :
-         {suite_ + "/city.obj", std::string("-o"), out, std::string("--json"),
-          std::string("--budget"), std::string("1500"), std::string("--min-cell"), std::string("2")})
-      command.push_back(word);
+    const std::vector<std::string> rest{suite_ + "/city.obj", "-o",   out,          "--json",
+                                        "--budget",           "1500", "--min-cell", "2"};
+    command.insert(command.end(), rest.begin(), rest.end());
     command.insert(command.end(), more.begin(), more.end());
     return command;
   }

@@ -31,9 +31,9 @@ Task some_task() {
 
 Hello some_hello() {
   Hello hello;
-  hello.build = "b";
-  hello.kernel = {3, "22.3.6"};
-  hello.host = "h";
+  hello.build = std::string("b");
+  hello.kernel = {3, std::string("22.3.6")};
+  hello.host = std::string("h");
   return hello;
 }
 
