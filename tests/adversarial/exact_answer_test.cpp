@@ -51,11 +51,15 @@ struct Tally {
 };
 
 // Small boxes all over the space behind the wall; its own place decides what each must be.
-Tally judge(const Box& wall, const Cell& cell, double lowest_z, RasterKind raster) {
+Tally judge(const Box& wall, const Cell& cell, double lowest_z, RasterKind raster,
+            const std::vector<Box>& also = {}) {
   // Four pixels of a map of 256 at extent 1.1, seen from the cell.
   constexpr double kSlack = 4 * 2.2 / 256;
   SceneSource source;
   source.objects.push_back(box_object("wall", wall, Role::kOnlyOccludes));
+  for (const Box& box : also)
+    source.objects.push_back(box_object("other", box, Role::kOnlyOccludes));
+  const std::size_t occluders = source.objects.size();
   std::vector<Box> boxes;
   for (double x = wall.hi.x + 2; x < 90; x *= 1.35)
     for (double y = -2.1 * x; y <= 2.1 * x; y += 0.15 * x)
@@ -70,7 +74,7 @@ Tally judge(const Box& wall, const Cell& cell, double lowest_z, RasterKind raste
   const auto hidden = evaluation.hidden_from(cell);
   Tally tally;
   for (std::size_t i = 0; i < boxes.size(); ++i) {
-    const bool says_hidden = std::binary_search(hidden.begin(), hidden.end(), i + 1);
+    const bool says_hidden = std::binary_search(hidden.begin(), hidden.end(), i + occluders);
     const double slack = kSlack * length(boxes[i].center());
     Box with_slack = grown(boxes[i], slack);
     with_slack.lo.z = std::max(with_slack.lo.z, lowest_z);
@@ -109,6 +113,14 @@ TEST_P(ExactAnswer, a_wall_on_the_ground_hides_down_to_the_ground) {
   const Tally tally = judge(wall, cell, 0, GetParam());
   EXPECT_GT(tally.hidden, 100);
   EXPECT_GT(tally.visible, 100);
+}
+
+// Its solid angle is the largest of all, and it ends a hand's breadth beyond the face.
+TEST_P(ExactAnswer, a_car_below_the_cell_does_not_take_the_planes_from_the_wall) {
+  const Cell cell = Cell::aligned({{-1, -1, -1}, {1, 1, 1}});
+  const Box car{{-3, -0.9, -2.5}, {1.01, 0.9, -1.005}};
+  const Tally tally = judge({{10, -30, -30}, {11, 30, 30}}, cell, 0, GetParam(), {car});
+  EXPECT_GT(tally.hidden, 500);
 }
 
 TEST_P(ExactAnswer, a_long_cell_leaves_the_wall_a_short_umbra) {

@@ -15,6 +15,7 @@ constexpr double kFirstShare = 0.1;  // of their weight ends before it
 constexpr double kLastShare = 0.6;   // of the way to the farthest occludee: the last plane
 // The step from plane to plane is the smallest of these that spans the way. Written out, so that no
 // library's idea of a root can differ from machine to machine.
+constexpr double kLeastDistance = 1e-6;  // for cells without extent
 constexpr double kSteps[] = {1.25, 1.4, 1.6, 1.8, 2.0, 2.3, 2.6, 3.0};
 
 struct Wall {
@@ -52,6 +53,10 @@ double first_distance(std::vector<Wall>& walls) {
     if (passed >= kFirstShare * total) return wall.end;
   }
   return walls.back().end;
+}
+
+double least_distance(const CellFrame& frame, Face face) {
+  return std::max({frame.half()[face.u()], frame.half()[face.v()], kLeastDistance});
 }
 
 double step_for(double first, double last, int count) {
@@ -108,7 +113,9 @@ std::vector<ProjectionPlane> choose_planes(const CellFrame& frame, const LocalOc
     const double reach = (up ? extent.around.hi[face.axis] : -extent.around.lo[face.axis]) - hw;
     auto walls = walls_beyond(frame, occluders, face);
     if (walls.empty()) continue;
-    const double first = first_distance(walls), last = std::max(first, kLastShare * reach);
+    // No nearer than the cell is wide, lest a car at the kerb take all planes to itself.
+    const double first = std::max(first_distance(walls), least_distance(frame, face));
+    const double last = std::max(first, kLastShare * reach);
     const double step = step_for(first, last, request.planes_per_face);
     double distance = first;
     for (int i = 0; i < request.planes_per_face; ++i, distance *= step) {
