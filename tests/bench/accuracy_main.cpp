@@ -2,6 +2,7 @@
 // lay them out (docs/make_accuracy.sh). Everything is seeded; processor time, not wall time, unless
 // it says otherwise.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -55,8 +56,15 @@ Status print_speed(const Options& options) {
   return {};
 }
 
-// One and two workers in turn, `runs` times; of each the fastest, since disturbances only add. What
-// starting up and writing the store take is measured apart, by baking kFewCells, and taken off.
+void keep_least(FarmRun& kept, const FarmRun& run) {
+  if (kept.store_hash.empty()) kept = run;
+  kept.wall_ms = std::min(kept.wall_ms, run.wall_ms);
+  kept.coordinator_cpu_ms = std::min(kept.coordinator_cpu_ms, run.coordinator_cpu_ms);
+  kept.worker_cpu_ms = std::min(kept.worker_cpu_ms, run.worker_cpu_ms);
+}
+
+// One and two workers in turn, `runs` times; of each figure the least, since disturbances only add.
+// What starting up and writing the store take is measured by baking kFewCells, and taken off.
 Status print_farm(const Options& options) {
   constexpr std::size_t kFewCells = 8;
   std::filesystem::create_directories(options.work_folder);
@@ -83,7 +91,7 @@ Status print_farm(const Options& options) {
         const std::string& expected = best[part][0].store_hash;
         if (!expected.empty() && expected != run->store_hash)
           return runtime_error("two bakes of the same scene wrote different bytes");
-        if (kept.store_hash.empty() || run->wall_ms < kept.wall_ms) kept = *run;
+        keep_least(kept, *run);
       }
     }
   }
