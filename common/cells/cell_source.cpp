@@ -179,7 +179,7 @@ bool read_number(std::string_view& text, double& number) {
 
 Result<std::vector<RootCell>> read_cells(const std::string& path) {
   Result<std::string> text = read_file(path);
-  if (!text) return text.error();
+  if (!text) return invalid_input(text.error().text + "; check the path");
   CellsReader reader(path);
   // Cells are taken as they are parsed, not kept as a document: that would need ten times the room.
   bool inside_cells = false;

@@ -24,8 +24,9 @@ struct RootCell {
 // {"units":"m","up":"z","cells":[{"id":7,"aabb":[[x,y,z],[x,y,z]]} |
 //                                {"id":8,"center":[..],"axes":[[..],[..],[..]],"half":[..]}]}
 // In file order, turned to z up as the file's "up" says.
-// Errors: kIo, kInvalidInput (zero-size cell [in all three axes], lo > hi, duplicate id, NaN, axes
-// not orthonormal, none or too many), naming file and cell and how to mend it.
+// Errors: kInvalidInput (missing, unreadable, zero-size cell [in all three axes], lo > hi,
+// duplicate id, NaN, axes not orthonormal, none or too many), naming file and cell and how to mend
+// it.
 Result<std::vector<RootCell>> read_cells(const std::string& path);
 
 // "grid:SIZE[:HEIGHT]": boxes of SIZE x SIZE over the places where a person can stand (found with

@@ -23,7 +23,7 @@ struct ImportedScene {
 };
 
 // One object per mesh node (OBJ: per `o`/`g`), names kept, in file order.
-// Errors: kIo (missing, unreadable), kInvalidInput (broken mesh, NaN, empty, tags that do not fit),
+// Errors: kInvalidInput (missing, unreadable, broken mesh, NaN, empty, tags that do not fit),
 // kUnsupported (a required extension), one line that names file and place and how to mend it.
 Result<ImportedScene> import_scene(const ImportOptions& options);
 

@@ -174,9 +174,9 @@ std::string extension_of(const std::string& path) {
 Status check_readable(const std::string& path) {
   std::error_code error;
   if (!std::filesystem::exists(path, error))
-    return io_error(path + ": no such file; check the path");
+    return invalid_input(path + ": no such file; check the path");
   if (!std::filesystem::is_regular_file(path, error) || !std::ifstream(path))
-    return io_error(path + ": cannot be read; check that it is a file and its permissions");
+    return invalid_input(path + ": cannot be read; check that it is a file and its permissions");
   return {};
 }
 

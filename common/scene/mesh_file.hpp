@@ -21,7 +21,7 @@ struct MeshFile {
 };
 
 // `up` empty: y for glTF and GLB, z for the rest.
-// Errors: kIo, kInvalidInput, kUnsupported; the text names the file.
+// Errors: kInvalidInput (missing, unreadable, broken), kUnsupported; the text names the file.
 Result<MeshFile> read_mesh_file(const std::string& path, std::optional<UpAxis> up);
 
 }  // namespace pvsfarm

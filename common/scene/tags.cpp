@@ -36,7 +36,7 @@ Status apply_entry(const json& entry, const std::string& place, SourceObject& ob
 
 Status apply_tags(const std::string& path, std::span<SourceObject> objects) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) return io_error(path + ": cannot read the tags file; check the path");
+  if (!file) return invalid_input(path + ": cannot read the tags file; check the path");
   const json root = json::parse(file, nullptr, /*allow_exceptions=*/false);
   if (!root.is_object() || !root.contains("objects") || !root["objects"].is_array())
     return invalid_input(path + R"(: not a tags file; expected {"objects":[{"name":..},..]})");

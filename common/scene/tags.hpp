@@ -11,7 +11,7 @@
 namespace pvsfarm {
 
 // `occluder` can only be taken away: alpha-tested and blended objects never occlude.
-// Errors: kIo, kInvalidInput (not the format, wrong count, a name that does not match).
+// Errors: kInvalidInput (no such file, not the format, wrong count, a name that does not match).
 Status apply_tags(const std::string& path, std::span<SourceObject> objects);
 
 }  // namespace pvsfarm

@@ -86,10 +86,10 @@ TEST_F(CellsFile, takes_other_units_and_unknown_keys_as_they_are) {
   EXPECT_EQ(cells->size(), 1u);
 }
 
-TEST_F(CellsFile, that_is_missing_is_an_io_error) {
+TEST_F(CellsFile, that_is_missing_is_bad_input) {
   const auto cells = read_cells(path_);
   ASSERT_FALSE(cells.ok());
-  EXPECT_EQ(cells.error().kind, ErrorKind::kIo);
+  EXPECT_EQ(cells.error().kind, ErrorKind::kInvalidInput);
   EXPECT_NE(cells.error().text.find(path_), std::string::npos);
 }
 
