@@ -37,6 +37,9 @@ Findings sizes(const SourceTree& tree);
 Findings machine_paths(const SourceTree& tree);
 // Only the agreed entries in the root folder.
 Findings top_level(const SourceTree& tree);
+// Every source file is listed in the CMakeLists.txt of its folder: one that is not is silently
+// neither built nor run.
+Findings listed_sources(const SourceTree& tree);
 // Files and folders that the documents name exist.
 Findings document_paths(const SourceTree& tree);
 

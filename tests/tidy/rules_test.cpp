@@ -138,6 +138,29 @@ TEST(TidyRules, StrangerInTheRootFolder) {
   EXPECT_TRUE(top_level({{}, {"README.md", "worker"}}).empty());
 }
 
+TEST(TidyRules, SourceFileNobodyBuilds) {
+  const auto with = [](std::string_view cmake_text) {
+    return tree_of({file_from_text("tests/unit/CMakeLists.txt", cmake_text),
+                    file_from_text("tests/unit/a_test.cpp", "int x;\n"),
+                    file_from_text("tests/unit/a.hpp", "int y;\n")});
+  };
+  EXPECT_TRUE(listed_sources(with("pvsfarm_test(a LABEL unit\n  SOURCES a_test.cpp)\n")).empty());
+  const char* offences[] = {
+      "",
+      "pvsfarm_test(a SOURCES b_a_test.cpp a_test.cpp.in LIBRARIES a_test)\n",
+      "# pvsfarm_test(a SOURCES a_test.cpp)\n",
+  };
+  for (const char* text : offences)
+    EXPECT_EQ(only_text(listed_sources(with(text))),
+              "is not listed in the CMakeLists.txt of its folder")
+        << text;
+  // Another folder's list does not count.
+  EXPECT_EQ(listed_sources(tree_of({file_from_text("tests/CMakeLists.txt", "add(a.c)\n"),
+                                    file_from_text("tests/unit/a.c", "int x;\n")}))
+                .size(),
+            1u);
+}
+
 TEST(TidyRules, DocumentNamesWhatIsGone) {
   EXPECT_EQ(only_text(document_paths(one("docs/a.md", "see `worker/visibility/gone.cpp`\n"))),
             "worker/visibility/gone.cpp does not exist");

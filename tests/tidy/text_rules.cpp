@@ -3,6 +3,7 @@
 #include <iterator>
 #include <regex>
 #include <set>
+#include <sstream>
 
 #include "tests/tidy/rules.hpp"
 #include "tests/tidy/tables.hpp"
@@ -27,6 +28,15 @@ bool is_impure_header(const std::string& name) {
 bool has_width_limit(const SourceFile& file) {
   return is_cpp(file) || file.path.ends_with(".sh") || file.path.ends_with(".proto") ||
          file.path.ends_with("CMakeLists.txt");
+}
+
+// The words of a line of CMake up to its comment.
+std::vector<std::string> cmake_words(const std::string& line) {
+  std::string code = line.substr(0, line.find('#'));
+  std::replace_if(
+      code.begin(), code.end(), [](char c) { return c == '(' || c == ')'; }, ' ');
+  std::istringstream words(code);
+  return {std::istream_iterator<std::string>(words), {}};
 }
 
 std::size_t columns_of(const std::string& line) {
@@ -90,6 +100,21 @@ Findings top_level(const SourceTree& tree) {
   for (const std::string& name : tree.top_level)
     if (std::find(std::begin(kTopLevel), std::end(kTopLevel), name) == std::end(kTopLevel))
       found.push_back({name, 0, "is not among the agreed entries of the root folder"});
+  return found;
+}
+
+Findings listed_sources(const SourceTree& tree) {
+  std::set<std::string> listed;  // paths
+  for (const SourceFile& file : tree.files) {
+    if (!file.path.ends_with("/CMakeLists.txt")) continue;
+    for (const std::string& line : file.lines)
+      for (const std::string& word : cmake_words(line))
+        listed.insert(folder_of(file.path) + "/" + word);
+  }
+  Findings found;
+  for (const SourceFile& file : tree.files)
+    if ((file.path.ends_with(".cpp") || file.path.ends_with(".c")) && !listed.contains(file.path))
+      found.push_back({file.path, 0, "is not listed in the CMakeLists.txt of its folder"});
   return found;
 }
 

@@ -30,6 +30,7 @@ TEST(Tidy, AlgorithmsAreFunctions) { expect_none(pure_folders(project())); }
 TEST(Tidy, FilesAreSmall) { expect_none(sizes(project())); }
 TEST(Tidy, NoPathOfOneMachine) { expect_none(machine_paths(project())); }
 TEST(Tidy, RootFolderHoldsWhatWasAgreed) { expect_none(top_level(project())); }
+TEST(Tidy, EverySourceFileIsBuilt) { expect_none(listed_sources(project())); }
 TEST(Tidy, DocumentsNameFilesThatExist) { expect_none(document_paths(project())); }
 
 }  // namespace
