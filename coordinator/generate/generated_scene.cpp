@@ -46,15 +46,15 @@ Box StreetNetwork::ground_tile(int bx, int by) const {
 }
 
 void tile_streets(std::vector<RootCell>& cells, const StreetNetwork& network, double cell_size) {
+  constexpr double k = kClearOfFronts_m;
   for (int y = 0; y <= network.blocks; ++y)
     for (int x = 0; x <= network.blocks; ++x) {
-      const double sx = network.street_begin(x), sy = network.street_begin(y);
-      const double bx = network.block_begin(x), by = network.block_begin(y);
+      const double sx = network.street_begin(x) + k, sy = network.street_begin(y) + k;
+      const double bx = network.block_begin(x) - k, by = network.block_begin(y) - k;
+      const double block_m = network.block_m + 2 * k;
       tile_cells(cells, {{sx, sy, 0}, {bx, by, 0}}, cell_size);  // the crossing
-      if (x < network.blocks)
-        tile_cells(cells, {{bx, sy, 0}, {bx + network.block_m, by, 0}}, cell_size);
-      if (y < network.blocks)
-        tile_cells(cells, {{sx, by, 0}, {bx, by + network.block_m, 0}}, cell_size);
+      if (x < network.blocks) tile_cells(cells, {{bx, sy, 0}, {bx + block_m, by, 0}}, cell_size);
+      if (y < network.blocks) tile_cells(cells, {{sx, by, 0}, {bx, by + block_m, 0}}, cell_size);
     }
 }
 

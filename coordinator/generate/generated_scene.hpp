@@ -58,7 +58,9 @@ struct StreetNetwork {
   Box ground_tile(int bx, int by) const;
 };
 
-// Cells over all streets and crossings, none over the blocks.
+// Cells over all streets and crossings, as near to the fronts as an eye comes and no nearer: a cell
+// that touches a wall cannot use it, as one of its eyes is in the wall.
+inline constexpr double kClearOfFronts_m = 0.25;
 void tile_streets(std::vector<RootCell>& cells, const StreetNetwork& network, double cell_size);
 
 // Errors: kCommandLine, if so many cells or coordinates so large would not be accepted later.

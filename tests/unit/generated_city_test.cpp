@@ -66,7 +66,7 @@ TEST(City, has_gaps_at_fifteen_percent_of_the_joints_and_shared_coordinates_at_t
   EXPECT_NEAR(static_cast<double>(gaps) / static_cast<double>(joints), 0.15, 0.02);
 }
 
-TEST(City, has_cells_that_fill_streets_and_crossings) {
+TEST(City, has_cells_that_fill_streets_and_crossings_up_to_the_fronts) {
   const GeneratedScene city = generate_city({.blocks = 2, .cell_size = 5}).value();
   double area = 0;
   for (const Box& cell : cell_boxes(city)) {
@@ -76,8 +76,8 @@ TEST(City, has_cells_that_fill_streets_and_crossings) {
     EXPECT_EQ(cell.hi.z, kEyeHigh_m);
     area += cell.size().x * cell.size().y;
   }
-  const double extent = 2 * 74 + 14;
-  EXPECT_DOUBLE_EQ(area, extent * extent - 4 * 60 * 60);  // and they do not overlap: above
+  const double extent = 2 * 74 + 14 - 2 * kClearOfFronts_m, block = 60 + 2 * kClearOfFronts_m;
+  EXPECT_DOUBLE_EQ(area, extent * extent - 4 * block * block);  // and they do not overlap: above
 }
 
 TEST(ClosedCity, has_fronts_without_gaps_around_every_street) {
