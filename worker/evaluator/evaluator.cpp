@@ -14,7 +14,7 @@ namespace pvsfarm {
 namespace {
 
 constexpr double kLeastPixels = 2;            // an occluder's solid angle, in pixels
-constexpr std::size_t kFirstOccluders = 192;  // projected before anything is tested
+constexpr std::size_t kFirstOccluders = 320;  // projected before anything is tested
 constexpr std::size_t kMostOccluders = 4096;  // projected in all
 constexpr int kSplits = 3;                    // Rule S, on what two passes left open
 
