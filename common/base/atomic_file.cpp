@@ -78,7 +78,7 @@ AtomicFile::~AtomicFile() {
 Error AtomicFile::failure(const char* what) const { return failure_of(path_, what, ""); }
 
 Status AtomicFile::write(std::span<const std::byte> data) {
-  PVS_CHECK(file_ >= 0);
+  PVS_CHECK(file_ >= 0 && !is_complete_);
   size_bytes_ += data.size();
   while (!data.empty()) {
     const std::size_t n = std::min(data.size(), kBufferBytes - buffer_.size());
@@ -101,9 +101,16 @@ Status AtomicFile::flush() {
   return {};
 }
 
-Status AtomicFile::commit() {
+Status AtomicFile::complete() {
+  if (is_complete_) return {};
   if (Status status = flush(); !status) return status;
   if (::fsync(file_) != 0) return failure("write");
+  is_complete_ = true;
+  return {};
+}
+
+Status AtomicFile::commit() {
+  if (Status status = complete(); !status) return status;
   if (std::rename(partial_path_.c_str(), path_.c_str()) != 0) return failure("rename the new file");
   ::close(std::exchange(file_, -1));
   const std::string folder = folder_of(path_);

@@ -27,7 +27,9 @@ class AtomicFile {
   Status write(std::span<const std::byte> data);
   Status write(std::string_view text) { return write(std::as_bytes(std::span(text))); }
   std::uint64_t size_bytes() const { return size_bytes_; }  // written so far
-  Status commit();  // flush, fsync, rename, fsync of the folder; once
+  // Flush and fsync, still under the other name: then only a failing rename can spoil commit().
+  Status complete();
+  Status commit();  // complete, rename, fsync of the folder; once
 
  private:
   AtomicFile(std::string path, int file);
@@ -36,6 +38,7 @@ class AtomicFile {
 
   std::string path_, partial_path_;
   int file_;
+  bool is_complete_ = false;
   std::vector<std::byte> buffer_;
   std::uint64_t size_bytes_ = 0;
 };

@@ -17,10 +17,9 @@ struct FileToWrite {
   std::string_view bytes;
 };
 
-// Writes every file beside its place under a temporary name, flushes it to the disk, and only when
-// all are complete renames them into place in the order given. A reader never sees part of a file;
-// a failure leaves what was there before and no temporary file.
-// Errors: kIo, naming the file and what the system says.
+// Writes every file as an AtomicFile, and only when all are on the disk renames them into place in
+// the order given. A reader never sees part of a file; a failure leaves what was there before and
+// no temporary file. Errors: those of AtomicFile.
 Status write_files(std::span<const FileToWrite> files);
 Status write_file(const std::string& path, std::string_view bytes);
 
