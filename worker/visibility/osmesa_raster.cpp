@@ -55,7 +55,7 @@ struct OsmesaRaster::State {
   explicit State(int side) : target(side) {}
   MinDepthTarget target;
   std::vector<WindowVertex> triangles;
-  Polygon polygon, clipped;
+  Polygon polygons[2];  // clipped from one to the other and back
 
   void add(const CoverageList& list, const Coverage& coverage, const ProjectionPlane& plane);
 };
@@ -71,25 +71,26 @@ void OsmesaRaster::State::add(const CoverageList& list, const Coverage& c,
   const double y0 = c.y0 <= plane.y0 ? -1 : (c.y0 - plane.y0) / plane.py + shrink;
   const double y1 = c.y1 >= plane.y1() ? side + 1 : (c.y1 - plane.y0) / plane.py - shrink;
   if (!(x0 < x1) || !(y0 < y1)) return;
-  polygon.size = 4;
-  polygon.vertex[0] = {x0, y0};
-  polygon.vertex[1] = {x1, y0};
-  polygon.vertex[2] = {x1, y1};
-  polygon.vertex[3] = {x0, y1};
+  Polygon *polygon = &polygons[0], *clipped = &polygons[1];
+  polygon->size = 4;
+  polygon->vertex[0] = {x0, y0};
+  polygon->vertex[1] = {x1, y0};
+  polygon->vertex[2] = {x1, y1};
+  polygon->vertex[3] = {x0, y1};
   for (std::uint32_t h = 0; h < c.half_plane_count; ++h) {
     const HalfPlane& half_plane = list.half_planes[c.first_half_plane + h];
     const double nx = half_plane.nx * plane.px, ny = half_plane.ny * plane.py;
     const double at = half_plane.c - half_plane.nx * plane.x0 - half_plane.ny * plane.y0 +
                       shrink * (std::abs(nx) + std::abs(ny));
-    if (all_inside(polygon, nx, ny, at)) continue;
-    if (!clip(polygon, nx, ny, at, clipped)) return;
+    if (all_inside(*polygon, nx, ny, at)) continue;
+    if (!clip(*polygon, nx, ny, at, *clipped)) return;
     std::swap(polygon, clipped);
   }
   const auto vertex = [&](int i) {
-    return WindowVertex{static_cast<float>(polygon.vertex[i].x),
-                        static_cast<float>(polygon.vertex[i].y), c.depth};
+    return WindowVertex{static_cast<float>(polygon->vertex[i].x),
+                        static_cast<float>(polygon->vertex[i].y), c.depth};
   };
-  for (int i = 1; i + 1 < polygon.size; ++i)
+  for (int i = 1; i + 1 < polygon->size; ++i)
     triangles.insert(triangles.end(), {vertex(0), vertex(i), vertex(i + 1)});
 }
 
