@@ -29,8 +29,10 @@ struct RootCell {
 // it.
 Result<std::vector<RootCell>> read_cells(const std::string& path);
 
-// "grid:SIZE[:HEIGHT]": boxes of SIZE x SIZE over the places where a person can stand (found with
-// Recast), each from eye_low to eye_low + HEIGHT above the floor.
+// "grid:SIZE[:HEIGHT]": for each square of SIZE x SIZE, and each storey in it, the least box over
+// the places where a person can stand (found with Recast). So cells are cut back at walls and
+// edges, and where nobody can stand is none. From kEyeLow_m above the storey's lowest floor in the
+// square to kEyeLow_m + HEIGHT above its highest. [scene units, taken for metres]
 struct GridRequest {
   double size = 5;
   double height = 0.4;
