@@ -115,6 +115,7 @@ MinDepthTarget::~MinDepthTarget() = default;
 
 std::span<const float> MinDepthTarget::draw(std::span<const WindowVertex> triangles) {
   State& s = *state_;
+  s.context.make_current();
   const float infinity[4] = {std::numeric_limits<float>::infinity(), 0, 0, 0};
   s.clear_buffer(GL_COLOR, 0, infinity);
   s.buffer_data(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(triangles.size_bytes()), triangles.data(),

@@ -18,7 +18,8 @@ struct WindowVertex {
 
 class MinDepthTarget {
  public:
-  // A square target; creates the process's OpenGL context. See OsmesaContext for threads.
+  // A square target with an OpenGL context of its own, which every draw makes current: several may
+  // live in a process. See OsmesaContext for threads.
   explicit MinDepthTarget(int side_px);
   ~MinDepthTarget();
 
