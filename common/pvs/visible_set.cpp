@@ -1,6 +1,7 @@
 #include "common/pvs/visible_set.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 namespace pvsfarm {
@@ -25,6 +26,18 @@ bool get_varint(std::span<const std::byte>& in, std::uint64_t& v) {
     if (b < 0x80) return b != 0 || shift == 0;  // one encoding a number
   }
   return false;
+}
+
+// The first object from `at` on that is not as `present` says; the universe if all are.
+std::uint32_t run_end(const VisibleSet& set, std::uint32_t at, bool present) {
+  const auto words = set.words();
+  const std::uint64_t flip = present ? ~std::uint64_t{0} : 0;
+  std::uint64_t skip = low_bits(at & 63);
+  for (std::size_t w = at >> 6; w < words.size(); ++w, skip = 0)
+    if (const std::uint64_t others = (words[w] ^ flip) & ~skip; others != 0)
+      return std::min(static_cast<std::uint32_t>(w * 64 + std::countr_zero(others)),
+                      set.universe());
+  return set.universe();
 }
 
 }  // namespace
@@ -97,18 +110,14 @@ bool VisibleSet::subset_of(const VisibleSet& other) const {
 std::vector<std::byte> encode(const VisibleSet& set) {
   std::vector<std::byte> out;
   put_varint(out, set.universe());
-  std::uint32_t run_start = 0, next_bit = 0;
-  set.for_each([&](ObjectId id) {
-    const std::uint32_t i = index_of(id);
-    if (i != next_bit || i == 0) {  // a run of present ones ends at next_bit, the next begins at i
-      if (next_bit != 0) put_varint(out, next_bit - run_start);
-      put_varint(out, i - next_bit);
-      run_start = i;
-    }
-    next_bit = i + 1;
-  });
-  if (next_bit != 0) put_varint(out, next_bit - run_start);
-  return out;
+  for (std::uint32_t at = 0;;) {
+    const std::uint32_t first = run_end(set, at, false);
+    if (first == set.universe()) return out;
+    const std::uint32_t end = run_end(set, first, true);
+    put_varint(out, first - at);
+    put_varint(out, end - first);
+    at = end;
+  }
 }
 
 Result<VisibleSet> decode_visible_set(std::span<const std::byte> bytes, std::uint32_t limit) {

@@ -29,7 +29,7 @@ enum class BoardLease : std::uint64_t {};
 
 struct BoardLimits {
   Millis lease{30'000};                 // without progress; doubled with each attempt at a cell
-  double task_ms = 75;                  // what a task should last at least
+  double task_ms = 200;                 // what a task should last at least
   std::size_t task_cells = 256;         // at most
   std::size_t leases_per_slot = 2;      // one running, one waiting at the worker
   unsigned attempts = 11;               // then a cell is given up: the first, and 10 retries

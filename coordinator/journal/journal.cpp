@@ -66,12 +66,12 @@ Digest delta_digest(const CellKey& key, std::span<const std::byte> hidden) {
 struct Journal::State {
   std::string path;
   sqlite3* db = nullptr;
-  Statement insert, find, select, set_meta, get_meta;
+  Statement begin_all, commit_all, insert, find, select, set_meta, get_meta;
   std::size_t uncommitted = 0;
   std::uint64_t rows = 0;
 
   void close() {
-    for (Statement* s : {&insert, &find, &select, &set_meta, &get_meta}) {
+    for (Statement* s : {&begin_all, &commit_all, &insert, &find, &select, &set_meta, &get_meta}) {
       sqlite3_finalize(s->handle);
       s->handle = nullptr;
     }
@@ -110,7 +110,12 @@ struct Journal::State {
   }
   Status begin() {
     if (sqlite3_get_autocommit(db) == 0) return {};
-    return run("BEGIN IMMEDIATE");
+    return step(begin_all);
+  }
+  Status step(const Statement& statement) {
+    Use use(statement);
+    if (sqlite3_step(use.handle) != SQLITE_DONE) return error();
+    return {};
   }
   Result<std::string> meta(const char* name) const {
     Use use(get_meta);
@@ -196,6 +201,8 @@ Result<std::unique_ptr<Journal>> Journal::open(const std::string& path,
   const Status bound = *tables == 0 ? state->make(binding) : state->check(binding);
   if (!bound) return bound.error();
   const std::pair<Statement*, const char*> statements[] = {
+      {&state->begin_all, "BEGIN IMMEDIATE"},
+      {&state->commit_all, "COMMIT"},
       {&state->insert, "INSERT INTO results VALUES(?,?,?,?,?,?,?,?,?)"},
       {&state->find, "SELECT digest FROM results WHERE key=?"},
       {&state->select,
@@ -260,7 +267,7 @@ std::uint64_t Journal::row_count() const { return state_->rows; }
 
 Status Journal::commit() {
   if (sqlite3_get_autocommit(state_->db) != 0) return {};
-  if (Status s = state_->run("COMMIT"); !s) return s;
+  if (Status s = state_->step(state_->commit_all); !s) return s;
   state_->uncommitted = 0;
   return {};
 }

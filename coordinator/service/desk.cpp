@@ -276,7 +276,7 @@ ParentSet Desk::parent_message(const SharedSet& set, std::size_t& inline_bytes) 
 
 Status Desk::commit_if_due(Millis now) {
   const std::size_t rows = log_.uncommitted();
-  if (rows > 0 && (rows >= settings_.limits.commit_rows ||
+  if (rows > 0 && (rows >= settings_.limits.commit_rows || board_.idle() ||
                    now - oldest_uncommitted_ >= settings_.limits.commit_delay)) {
     if (Status status = log_.commit(); !status) return status;
   }
