@@ -186,6 +186,7 @@ BakeObserver observe(const CommandContext& context) {
 
 Status run_bake(const BakeOptions& options, const FarmOptions& farm,
                 const CommandContext& context) {
+  if (Status status = check_output(options.output); !status) return status;
   const BakeObserver observer = observe(context);
   Result<BakeJob> job = prepare_job(options, observer);
   if (!job) return job.error();

@@ -1,14 +1,13 @@
 #include "coordinator/service/bake.hpp"
 
-#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <random>
+#include <sstream>
 
 #include "common/base/file.hpp"
 #include "common/pvs/kernel.hpp"
@@ -16,6 +15,7 @@
 #include "coordinator/merger/store_build.hpp"
 #include "coordinator/service/bake_identity.hpp"
 #include "coordinator/service/farm_loop.hpp"
+#include "coordinator/service/private_folder.hpp"
 
 namespace pvsfarm {
 namespace {
@@ -34,29 +34,28 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// A file or folder that goes with the bake, however it ends.
+// A file that goes with the bake, however it ends.
 struct Temporary {
   std::string path;
   explicit Temporary(std::string p = "") : path(std::move(p)) {}
   Temporary(Temporary&& other) noexcept : path(std::exchange(other.path, "")) {}
   ~Temporary() {
     std::error_code none;
-    if (!path.empty()) fs::remove_all(path, none);
+    if (!path.empty()) fs::remove(path, none);
   }
 };
 
 std::string journal_path(const std::string& output) { return output + ".journal"; }
 std::string endpoint_path(const std::string& output) { return output + ".endpoint"; }
 
-Result<Temporary> private_folder() {
-  std::error_code error;
-  std::string pattern = fs::temp_directory_path(error).string();
-  // The name of a local socket has 107 bytes at most.
-  if (error || pattern.size() > 80) pattern = "/tmp";
-  pattern += "/pvsfarm-XXXXXX";
-  if (mkdtemp(pattern.data()) == nullptr)
-    return io_error(pattern + ": cannot make a temporary folder: " + std::strerror(errno));
-  return Temporary(pattern);
+// What a killed coordinator of this output could not remove.
+void remove_left_behind(const std::string& output) {
+  const auto text = read_file(endpoint_path(output));
+  if (!text) return;
+  std::istringstream lines(*text);
+  std::string endpoint, folder;
+  if (std::getline(lines, endpoint) && std::getline(lines, folder))
+    PrivateFolder::remove_abandoned(folder);
 }
 
 bool already_baked(const BakeJob& job, const Digest& bake_digest) {
@@ -65,18 +64,6 @@ bool already_baked(const BakeJob& job, const Digest& bake_digest) {
     return false;
   const auto store = StoreReader::open(job.output);
   return store && (*store)->header().bake_digest == bake_digest;
-}
-
-Status check_output(const std::string& output) {
-  std::error_code none;
-  if (fs::is_directory(output, none))
-    return io_error(output + ": is a folder; give a file name for -o");
-  const std::string folder = fs::path(output).parent_path().string();
-  const std::string where = folder.empty() ? "." : folder;
-  if (!fs::is_directory(where, none)) return io_error(where + ": no such folder; make it first");
-  if (access(where.c_str(), W_OK | X_OK) != 0)
-    return io_error(where + ": cannot write there: " + std::strerror(errno));
-  return {};
 }
 
 // The bake while it runs: what outlives the loop and is needed by the final store.
@@ -154,20 +141,19 @@ DeskSettings desk_settings(const BakeJob& job, const Running& running, std::stri
 
 // From the first worker to the last cell.
 Status run_farm(const BakeJob& job, const FarmOptions& farm, const BakeObserver& observer,
-                Running& running, const std::string& scene_path, const std::string& folder,
-                BakeSummary& summary) {
+                Running& running, const PrivateFolder& folder, BakeSummary& summary) {
   SignalWatch signals;
-  const std::string wanted = farm.endpoint.empty() ? "ipc://" + folder + "/farm" : farm.endpoint;
+  const std::string wanted = farm.endpoint.empty() ? folder.endpoint() : farm.endpoint;
   auto router = Router::bind(wanted);
   if (!router) return router.error();
+  // Where we listen, and what goes with us: remove_left_behind() reads it if we are killed.
   const Temporary endpoint_file(endpoint_path(job.output));
-  if (Status status = write_file(endpoint_file.path, (*router)->endpoint() + "\n"); !status)
-    return status;
+  const std::string record = (*router)->endpoint() + "\n" + folder.path() + "\n";
+  if (Status status = write_file(endpoint_file.path, record); !status) return status;
   if (farm.local_workers == 0) observer.note("listening on " + (*router)->endpoint());
 
   const Clock::time_point start = Clock::now();
-  const double cpu_before_ms = process_cpu_ms();
-  Desk desk(desk_settings(job, running, scene_path), *running.tree, *running.journal,
+  Desk desk(desk_settings(job, running, folder.scene_path()), *running.tree, *running.journal,
             running.estimate, Millis(0));
   LocalWorkerOptions worker_options{farm.worker_program, {}, farm.local_workers};
   worker_options.arguments = {"--connect", (*router)->endpoint()};
@@ -180,7 +166,6 @@ Status run_farm(const BakeJob& job, const FarmOptions& farm, const BakeObserver&
   FarmLoop loop(**router, desk, *running.journal, farm.local_workers > 0 ? &workers : nullptr,
                 signals, observer, start);
   const Status status = loop.run();
-  const double cpu_ms = process_cpu_ms() - cpu_before_ms;
   desk.say_shutdown();
   for (const Outgoing& out : desk.take_outgoing())
     (*router)->send(out.peer, out.envelope, out.message);
@@ -194,12 +179,24 @@ Status run_farm(const BakeJob& job, const FarmOptions& farm, const BakeObserver&
   summary.contradictions = desk.contradictions();
   summary.workers = desk.sessions_seen();
   summary.evaluated = running.journal->row_count() - running.resumed;
-  summary.coordinator_cpu_ms_per_cell =
-      summary.evaluated > 0 ? cpu_ms / static_cast<double>(summary.evaluated) : 0;
   return status;
 }
 
 }  // namespace
+
+Status check_output(const std::string& output) {
+  std::error_code none;
+  if (fs::is_directory(output, none))
+    return io_error(output + ": is a folder; give a file name for -o");
+  if (fs::exists(output, none) && !fs::is_regular_file(output, none))
+    return io_error(output + ": is no plain file; give another name for -o");
+  const std::string folder = fs::path(output).parent_path().string();
+  const std::string where = folder.empty() ? "." : folder;
+  if (!fs::is_directory(where, none)) return io_error(where + ": no such folder; make it first");
+  if (access(where.c_str(), W_OK | X_OK) != 0)
+    return io_error(where + ": cannot write there: " + std::strerror(errno));
+  return {};
+}
 
 Result<BakeSummary> bake(BakeJob job, const FarmOptions& farm, const BakeObserver& observer) {
   const Clock::time_point start = Clock::now();
@@ -217,9 +214,10 @@ Result<BakeSummary> bake(BakeJob job, const FarmOptions& farm, const BakeObserve
   running.journal = std::move(journal).value();
 
   // 2. The scene, as a file that the workers of this machine map too.
-  Result<Temporary> folder = private_folder();
+  remove_left_behind(job.output);
+  const Result<PrivateFolder> folder = PrivateFolder::make();
   if (!folder) return folder.error();
-  const std::string scene_path = folder->path + "/scene";
+  const std::string scene_path = folder->scene_path();
   const std::string_view bytes(reinterpret_cast<const char*>(job.bundle.data()), job.bundle.size());
   if (Status status = write_file(scene_path, bytes); !status) return status.error();
   std::vector<std::byte>().swap(job.bundle);
@@ -228,6 +226,7 @@ Result<BakeSummary> bake(BakeJob job, const FarmOptions& farm, const BakeObserve
   running.scene = std::move(scene).value();
 
   // 3. The hierarchy as far as it was, and the farm for the rest.
+  const double cpu_before_ms = process_cpu_ms();
   std::vector<Cell> cells;
   for (const RootCell& root : job.roots) {
     cells.push_back(root.cell);
@@ -239,8 +238,7 @@ Result<BakeSummary> bake(BakeJob job, const FarmOptions& farm, const BakeObserve
   if (running.resumed > 0)
     observer.note("resuming: " + std::to_string(running.resumed) + " cells are in the journal");
   BakeSummary summary{.resumed = running.resumed};
-  if (Status status = run_farm(job, farm, observer, running, scene_path, folder->path, summary);
-      !status)
+  if (Status status = run_farm(job, farm, observer, running, *folder, summary); !status)
     return status.error();
 
   // 4. The store. Its journal stays if cells are missing: the same command tries them again.
@@ -248,6 +246,9 @@ Result<BakeSummary> bake(BakeJob job, const FarmOptions& farm, const BakeObserve
     return status.error();
   if (summary.quarantined == 0)
     if (Status status = running.journal->remove(); !status) return status.error();
+  if (summary.evaluated > 0)
+    summary.coordinator_cpu_ms_per_cell =
+        (process_cpu_ms() - cpu_before_ms) / static_cast<double>(summary.evaluated);
   summary.seconds = seconds_since(start);
   return summary;
 }

@@ -42,9 +42,12 @@ struct BakeSummary {
   std::uint64_t file_bytes = 0;
   double seconds = 0;
   double worker_cpu_ms_per_cell = 0;
-  double coordinator_cpu_ms_per_cell = 0;
-  std::uint64_t workers = 0;  // sessions in all
+  double coordinator_cpu_ms_per_cell = 0;  // once the scene is read, to the finished store
+  std::uint64_t workers = 0;               // sessions in all
 };
+
+// Whether the store can be written there, before anything is computed for it. Errors: kIo.
+Status check_output(const std::string& output);
 
 // Requires: SIGINT, SIGTERM and SIGCHLD are this function's while it runs.
 // Errors: kIo (output, journal), kInvalidInput (another bake's journal), kRuntime (no worker left),

@@ -60,7 +60,7 @@ class FarmTest : public testing::Test {
     for (const char* word : {"--cells", "/city.cells.json", "--tags", "/city.tags.json"})
       command.push_back(*word == '/' ? suite_ + word : word);
     const std::vector<std::string> rest{suite_ + "/city.obj", "-o",   out,          "--json",
-                                        "--budget",           "1500", "--min-cell", "2"};
+                                        "--budget",           "2000", "--min-cell", "1.5"};
     command.insert(command.end(), rest.begin(), rest.end());
     command.insert(command.end(), more.begin(), more.end());
     return command;
@@ -82,6 +82,13 @@ class FarmTest : public testing::Test {
     });
   }
   void expect_golden() const { EXPECT_TRUE(read_file(out_).value() == golden_); }
+  // Of coordinators: the temporary folder of these tests is folder_.
+  int private_folders() const {
+    int count = 0;
+    for (const auto& entry : fs::directory_iterator(folder_))
+      count += entry.path().filename().string().rfind("pvsfarm-", 0) == 0 ? 1 : 0;
+    return count;
+  }
   bool journal_exists() const { return fs::exists(out_ + ".journal"); }
 
   static std::string suite_, golden_;
@@ -134,10 +141,34 @@ TEST_F(FarmTest, a_killed_coordinator_goes_on_where_it_was) {
   }
   ASSERT_TRUE(journal_exists());
   EXPECT_FALSE(fs::exists(out_));
+  EXPECT_EQ(private_folders(), 1);
+  const std::string another = folder_ + "/pvsfarm-xxxxxx";  // not this bake's, though unlocked
+  fs::create_directory(another);
   Process again(bake_command(out_), log("again"));
   ASSERT_EQ(again.wait(), 0) << again.err();
+  EXPECT_TRUE(fs::remove(another));
+  EXPECT_EQ(private_folders(), 0);
   EXPECT_GE(nlohmann::json::parse(again.out())["resumed"], 40);
   expect_golden();
+}
+
+TEST_F(FarmTest, the_folder_of_a_living_coordinator_is_left_alone) {
+  Process bake(bake_command(out_), log("first"));
+  ASSERT_TRUE(reaches(20));
+  // Another bake whose record names the folder of the first, and one that names no such folder.
+  const std::string other = folder_ + "/other.pvs", precious = folder_ + "/precious";
+  fs::copy(out_ + ".endpoint", other + ".endpoint");
+  Process second(bake_command(other), log("second"));
+  fs::create_directory(precious);
+  ASSERT_TRUE(write_file(folder_ + "/third.pvs.endpoint", "ipc:///none\n" + precious + "\n").ok());
+  Process third(bake_command(folder_ + "/third.pvs"), log("third"));
+  EXPECT_EQ(second.wait(), 0) << second.err();
+  EXPECT_EQ(third.wait(), 0) << third.err();
+  EXPECT_TRUE(fs::exists(precious));
+  ASSERT_EQ(bake.wait(), 0) << bake.err();
+  EXPECT_EQ(bake.err().find("ended"), std::string::npos) << bake.err();  // no worker died
+  expect_golden();
+  EXPECT_EQ(private_folders(), 0);
 }
 
 TEST_F(FarmTest, ctrl_c_keeps_the_journal_and_other_settings_do_not_get_it) {

@@ -169,7 +169,7 @@ std::vector<BadInput> command_lines() {
        .says = {"grid"}},
       {.name = "output_in_a_missing_folder",
        .files = {},
-       .arguments = "bake s.obj --cells c.json -q -o no/out.pvs",
+       .arguments = "bake s.obj --cells c.json -o no/out.pvs",
        .exit_code = 2,
        .says = {"no"}},
   };
