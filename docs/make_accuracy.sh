@@ -77,8 +77,8 @@ cat <<END
 The same city, baked by the real programs: a coordinator and one worker, then two, in turn three
 times; of each figure the least counts. *Start* is the wall time of a bake of eight cells: reading
 the scene, building the bundle, writing the store. *Baking* is the wall time of all cells less
-that, and the milliseconds are processor time a cell, likewise. The run fails if two stores differ
-in a byte.
+that, and the milliseconds are processor time a cell, likewise; the coordinator's from when the
+scene is read. The run fails if two stores differ in a byte.
 
 | workers | cells | start, s | baking, s | times one worker | worker, ms | coordinator, ms | store |
 |---|---|---|---|---|---|---|---|

@@ -186,7 +186,7 @@ Result<std::unique_ptr<Dealer>> Dealer::connect(const std::string& endpoint) {
     set_options(state->socket);
     state->socket.set(zmq::sockopt::immediate, true);
     state->socket.set(zmq::sockopt::reconnect_ivl, 500);
-    state->socket.set(zmq::sockopt::reconnect_ivl_max, 10'000);
+    state->socket.set(zmq::sockopt::reconnect_ivl_max, 2'000);
     state->socket.connect(endpoint);
     return std::unique_ptr<Dealer>(new Dealer(std::move(state)));
   } catch (const zmq::error_t& error) {

@@ -56,7 +56,7 @@ class Router {
 
 class Dealer {
  public:
-  // Connects in the background and reconnects for ever, 500 ms to 10 s apart.
+  // Connects in the background and reconnects for ever, 500 ms to 2 s apart.
   // Errors: kCommandLine (not an endpoint).
   static Result<std::unique_ptr<Dealer>> connect(const std::string& endpoint);
   ~Dealer();

@@ -9,7 +9,7 @@ namespace pvsfarm::bench {
 
 struct FarmRun {
   double wall_ms = 0;  // from the first process's start to the coordinator's end
-  double coordinator_cpu_ms = 0;
+  double coordinator_cpu_ms = 0;  // once the scene is read
   double worker_cpu_ms = 0;  // of all workers
   std::string store_hash;    // of the finished store's bytes
 };
