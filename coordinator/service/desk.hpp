@@ -24,8 +24,8 @@ struct DeskLimits {
   Millis heartbeat{2'000};
   Millis suspect{10'000};   // silent so long: given nothing more
   Millis lost{60'000};      // silent so long: forgotten
-  Millis commit_delay{50};  // of the oldest result that waits for its commit
-  std::size_t commit_rows = 512;
+  Millis commit_delay{20};  // of the oldest result that waits for its commit
+  std::size_t commit_rows = 64;
   std::size_t sessions = 4096;
   std::size_t incoming_bytes = 512u << 20;  // of all results on their way in
   BoardLimits board;
