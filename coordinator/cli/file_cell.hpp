@@ -20,8 +20,9 @@ inline FileCell file_cell(UpAxis up, const Cell& cell) {
   if (up == UpAxis::kZ) return {cell.center(), cell.axes, half};
   const auto turned = [](const Vec3& v) { return file_from_internal(UpAxis::kY, v); };
   // z becomes y, and y becomes -z: an axis may point either way, since the box is symmetric.
-  return {turned(cell.center()),
-          {turned(cell.axes[0]), turned(cell.axes[2]), -turned(cell.axes[1])},
+  // Adding 0 makes -0 a plain 0.
+  return {turned(cell.center()) + 0.0,
+          {turned(cell.axes[0]) + 0.0, turned(cell.axes[2]) + 0.0, -turned(cell.axes[1]) + 0.0},
           {half.x, half.z, half.y}};
 }
 
