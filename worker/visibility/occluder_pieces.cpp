@@ -205,7 +205,11 @@ int make_pieces(const LocalOccluders& all, const LocalOccluder& occluder,
   PVS_CHECK_LE(local.size(), points.size());
   for (std::size_t i = 0; i < local.size(); ++i) points[i] = plane.plane_from_local(local[i]);
   const std::span<const Vec3> in_plane = std::span(points).first(local.size());
-  if (!occluder.solid) return clip_polygon(in_plane, nearest, occluder.flatness, pieces[0]) ? 1 : 0;
+  if (!occluder.solid) {
+    // Inside its border the matter may dip by twice the flatness: keep that beyond the face too.
+    const double from = nearest + 4 * occluder.flatness;
+    return clip_polygon(in_plane, from, occluder.flatness, pieces[0]) ? 1 : 0;
+  }
   if (box.lo.z < 0 && slab(in_plane, nearest, 0, pieces[count])) ++count;
   if (box.hi.z > 0 && slab(in_plane, std::max(nearest, 0.0), box.hi.z, pieces[count])) ++count;
   return count;
