@@ -37,7 +37,8 @@ class [[nodiscard]] Result {
   explicit operator bool() const { return ok(); }
   T& value() & { PVS_CHECK(ok()); return std::get<T>(state_); }
   const T& value() const& { PVS_CHECK(ok()); return std::get<T>(state_); }
-  T&& value() && { PVS_CHECK(ok()); return std::get<T>(std::move(state_)); }
+  // By value: what a temporary Result holds outlives it, in a range-for too.
+  T value() && { PVS_CHECK(ok()); return std::get<T>(std::move(state_)); }
   T& operator*() & { return value(); }
   const T& operator*() const& { return value(); }
   T* operator->() { return &value(); }
