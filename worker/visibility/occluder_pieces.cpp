@@ -172,14 +172,13 @@ bool clip_polygon(std::span<const Vec3> loop, double from, double flatness, Piec
     const bool in = p.z >= from, next_in = q.z >= from;
     if (in) piece.points[piece.point_count++] = p;
     if (in == next_in) continue;
+    if (++cuts > 2) return false;  // not convex enough to be cut once: leave it out
     Vec3 c = p + (q - p) * ((p.z - from) / (p.z - q.z));
     c.z = from;
     if (in) piece.cut_edge = piece.point_count;  // leaves here: the cut edge starts at c
     piece.points[piece.point_count++] = c;
-    ++cuts;
   }
   for (int i = 0; i < piece.point_count; ++i) piece.box.add(piece.points[i]);
-  if (cuts > 2) return false;  // not convex enough to be cut once: leave it out
   if (cuts == 2 && flatness > 0) {
     const Vec3 n = newell_normal(loop);
     piece.cut_sine = std::sqrt(n.x * n.x + n.y * n.y);
