@@ -2,7 +2,11 @@
 // It holds no socket, file, clock, thread or random source; equal input gives equal output on every
 // x86-64 machine.
 //
-// Source: Durand 2000, with the corrections of docs/algorithm.md.
+// It is a cascade over three sets: `seen` (a witness was found), `hidden` (a method holds a
+// certificate), `open` (neither). PVS = seen + open. Provers and witnesses work on what is open,
+// cheapest first, until the certified gap or the nominal time is reached, or nothing moves.
+//
+// Source: Durand 2000, theory 0.1, G; docs/algorithm.md.
 #pragma once
 
 #include <memory>
@@ -16,14 +20,19 @@
 
 namespace pvsfarm {
 
+// Tells processor time in milliseconds, for statistics; no decision depends on it.
+using CpuClock = double (*)();
+
 // Threads: one object, one thread. OSMesa: one object a process (contexts do not scale).
 class Evaluator {
  public:
-  Evaluator(std::shared_ptr<const Scene> scene, const EvaluatorSettings& settings);
+  Evaluator(std::shared_ptr<const Scene> scene, const EvaluatorSettings& settings,
+            CpuClock clock = nullptr);
   ~Evaluator();
 
-  // The objects of `parent` that no point of `cell` can see. Objects that are no occludees are not
-  // in `parent`. `statistics.cpu_ms` is left 0: the caller has the clock.
+  // The objects of `parent` that no point of `cell` can see, and those that some point certainly
+  // sees. Objects that are no occludees are not in `parent`. `statistics.cpu_ms` is left 0: the
+  // caller has the clock.
   // `key` is copied into the answer and seeds whatever is sampled.
   CellDelta evaluate(const CellKey& key, const Cell& cell, const VisibleSet& parent);
 

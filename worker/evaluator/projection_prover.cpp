@@ -1,0 +1,106 @@
+#include "worker/evaluator/projection_prover.hpp"
+
+#include <algorithm>
+
+#include "common/base/check.hpp"
+#include "worker/visibility/direct_raster.hpp"
+#include "worker/visibility/osmesa_raster.hpp"
+#include "worker/visibility/plane_choice.hpp"
+
+namespace pvsfarm {
+namespace {
+
+constexpr double kLeastPixels = 2;            // an occluder's solid angle, in pixels
+constexpr std::size_t kFirstOccluders = 320;  // projected before anything is tested
+constexpr std::size_t kMostOccluders = 4096;  // projected in all
+
+}  // namespace
+
+ProjectionProver::ProjectionProver(const Scene& scene, const OccluderRanking& ranking,
+                                   const ProjectionEffort& effort)
+    : scene_(scene), ranking_(ranking), effort_(effort) {
+  PVS_CHECK(effort.resolution_px >= 16 && effort.resolution_px <= kMaxResolutionPx);
+  PVS_CHECK(effort.planes_per_face >= 1 && effort.planes_per_face <= kMaxMaps / 6);
+  if (effort.raster == RasterKind::kOsmesa)
+    rasteriser_ = std::make_unique<OsmesaRaster>(effort.resolution_px);
+  else
+    rasteriser_ = std::make_unique<DirectRaster>();
+}
+
+// Projects occluders [from, end) of the local list on all maps.
+void ProjectionProver::project_from(const CellFrame& frame, std::size_t from,
+                                    CellStatistics& statistics) {
+  std::array<Piece, 2> pieces;
+  for (std::size_t m = 0; m < map_count_; ++m) {
+    OcclusionMap& map = maps_[m];
+    coverages_.clear();
+    for (std::size_t i = from; i < occluders_.list.size(); ++i) {
+      const LocalOccluder& occluder = occluders_.list[i];
+      const int count = make_pieces(occluders_, occluder, map.plane(), effort_.near_m, pieces);
+      for (int p = 0; p < count; ++p)
+        statistics.projections +=
+            project(pieces[p], map.plane(), frame.offset_scale(), coverages_) ? 1 : 0;
+    }
+    if (coverages_.coverages.empty() && from > 0) continue;
+    rasteriser_->draw(coverages_, map);
+    map.build_pyramids();
+  }
+}
+
+void ProjectionProver::run(const Cell& cell, VisibleSet& visible, VisibleSet& open,
+                           CellStatistics& statistics) {
+  const CellFrame frame(cell);
+
+  // 1. The largest occluders that are legal for this cell. With the eyes above the lowest occludee,
+  //    solids that stand on that level reach down without limit (theory 0.3).
+  const double reach = length(scene_.bounds().size()) + length(frame.half()) +
+                       length(scene_.bounds().center() - cell.center());
+  const double ground_depth = cell.bounds().lo.z >= scene_.ground() ? 4 * reach : 0;
+  const double pixel = 2 * effort_.extent / effort_.resolution_px;
+  ranking_.rank(frame, visible, kLeastPixels * pixel * pixel, kFirstOccluders, ranked_);
+  statistics.occluder_candidates += static_cast<std::uint32_t>(ranked_.size());
+  occluders_.list.clear();
+  occluders_.points.clear();
+  const auto add = [&](const RankedOccluder& ranked) {
+    const Occluder& occluder = scene_.occluders()[ranked.index];
+    if (legal_for_cell(scene_, occluder, frame, effort_.near_m))
+      add_local(scene_, occluder, frame, ground_depth, ranked.solid_angle, occluders_);
+  };
+  const std::size_t first = std::min(ranked_.size(), kFirstOccluders);
+  for (std::size_t i = 0; i < first; ++i) add(ranked_[i]);
+
+  // 2. Planes, and an empty map for each.
+  const auto planes = choose_planes(frame, occluders_,
+                                    {.planes_per_face = effort_.planes_per_face,
+                                     .extent = effort_.extent,
+                                     .resolution_px = effort_.resolution_px,
+                                     .occludees = extent_of(scene_, frame, open)});
+  map_count_ = planes.size();
+  if (maps_.size() < map_count_) maps_.resize(map_count_);
+  for (std::size_t m = 0; m < map_count_; ++m) maps_[m].reset(planes[m]);
+  statistics.planes += static_cast<std::uint32_t>(map_count_);
+
+  // 3. The largest occluders against all objects.
+  VisibleSet hidden = open;
+  HierarchyTest test(scene_, frame, maps());
+  project_from(frame, 0, statistics);
+  test.run(open, 0);
+  hidden.remove_all(open);
+  visible.remove_all(hidden);
+
+  // 4. The occluders that are not hidden themselves against what is left, this time by parts.
+  hidden = open;
+  const std::size_t drawn = occluders_.list.size();
+  for (std::size_t i = first; i < ranked_.size() && occluders_.list.size() < kMostOccluders; ++i)
+    if (owner_in(scene_, scene_.occluders()[ranked_[i].index], visible))
+      add(ranked_[i]);
+    else
+      ++statistics.occluders_skipped;
+  project_from(frame, drawn, statistics);
+  test.run(open, effort_.splits);
+  statistics.box_tests += test.box_tests();
+  hidden.remove_all(open);
+  visible.remove_all(hidden);
+}
+
+}  // namespace pvsfarm

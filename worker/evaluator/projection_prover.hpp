@@ -1,0 +1,59 @@
+// A prover of the cascade: extended Projections on planes around the cell.
+//
+// Source: Durand 2000, with the corrections of docs/algorithm.md.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "common/cells/cell.hpp"
+#include "common/pvs/delta.hpp"
+#include "common/pvs/settings.hpp"
+#include "worker/evaluator/occludee_hierarchy.hpp"
+#include "worker/visibility/occluder_ranking.hpp"
+#include "worker/visibility/rasteriser.hpp"
+
+namespace pvsfarm {
+
+// How hard it tries. None of it matters for soundness.
+struct ProjectionEffort {
+  RasterKind raster = RasterKind::kDirect;
+  int resolution_px = 256;
+  int planes_per_face = 6;
+  double extent = 1.1;
+  double near_m = 0;
+  int splits = 3;  // Rule S: an occludee's box is halved so often in a row
+};
+
+// Threads: one object, one thread.
+class ProjectionProver {
+ public:
+  // Keeps references to both.
+  ProjectionProver(const Scene& scene, const OccluderRanking& ranking,
+                   const ProjectionEffort& effort);
+
+  // Removes from `open` the objects that no point of the cell can see. `visible` holds `open` and
+  // the objects known to be seen: only what it holds is projected. What is removed from `open` is
+  // removed from `visible` too.
+  // Adds to the statistics what it did; not which objects it settled.
+  void run(const Cell& cell, VisibleSet& visible, VisibleSet& open, CellStatistics& statistics);
+
+  // The maps of the last run, as they were at its end.
+  std::span<const OcclusionMap> maps() const { return std::span(maps_).first(map_count_); }
+
+ private:
+  void project_from(const CellFrame& frame, std::size_t from, CellStatistics& statistics);
+
+  const Scene& scene_;
+  const OccluderRanking& ranking_;
+  ProjectionEffort effort_;
+  std::unique_ptr<Rasteriser> rasteriser_;
+  // Kept from cell to cell so that nothing is allocated once warm.
+  std::vector<RankedOccluder> ranked_;
+  LocalOccluders occluders_;
+  std::vector<OcclusionMap> maps_;
+  std::size_t map_count_ = 0;
+  CoverageList coverages_;
+};
+
+}  // namespace pvsfarm
