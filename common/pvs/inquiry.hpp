@@ -44,7 +44,7 @@ struct ExplainQuestion {
   CellKey key;
   Cell cell;
   VisibleSet parent;  // the set the cell was evaluated against
-  ObjectId object{};
+  ObjectId object{};  // one of them
 };
 
 // An opaque triangle that a sight line passes by.
@@ -56,14 +56,15 @@ struct PassedBy {
 // An occluder that covers part of the object's view on a plane.
 struct Blocker {
   std::vector<ObjectId> owners;  // whose matter it is
-  double share = 0;              // of the tested rectangle's pixels, where it is what covers them
+  double share = 0;              // of the tested pixels, where it is what covers them
 };
 // A projection plane in world coordinates: points origin + x * u + y * v.
 struct PlanePlace {
   Vec3 origin{0}, u{0}, v{0};
+  Vec3 away{0};                           // out of the cell's face, across the plane
   double x0 = 0, y0 = 0, x1 = 0, y1 = 0;  // the rectangle that the object's views touch
   double distance_m = 0;                  // before the cell's face
-  int resolution_px = 0;
+  int resolution_px = 0;                  // of the whole map, a side
 };
 
 enum class Verdict : std::uint8_t { kSeen = 0, kHidden = 1, kOpen = 2 };
@@ -71,20 +72,33 @@ enum class Verdict : std::uint8_t { kSeen = 0, kHidden = 1, kOpen = 2 };
 struct ExplainFinding {
   Verdict verdict = Verdict::kOpen;
   Method method = Method::kProjection;  // that settled it, or came nearest to it
+  // The bake left the object open; a ray cast for this answer alone found the line.
+  bool found_afterwards = false;
   // kSeen: the witness, and the opaque triangles of other objects it passes nearest by.
   SightLine line;
   std::vector<PassedBy> passed;
   // kHidden: one plane for each part of the object's box (one part unless it had to be split).
-  // kOpen: the plane that covers most of it.
+  // kOpen: the plane that covers most of it; none if no plane lies wholly between cell and object.
   struct Part {
     Box box;  // world, around the part; a group's box if objects were hidden as a group
+    std::uint32_t objects = 1;  // in the group
     PlanePlace plane;
-    double depth_m = 0;             // beyond the plane: the farthest matter that covers a pixel
-    double covered = 0;             // share of the pixels that cover it: 1 if hidden
+    double depth_m = 0;        // beyond the plane: the nearest that the part can be
+    double pixels = 0;         // that the part's views touch, those outside the map included
+    double covered = 0;        // share of them that matter before the part covers: 1 if hidden
     std::vector<Blocker> blockers;  // largest share first, at most kMaxBlockers
   };
   std::vector<Part> parts;
+  // kHidden: the certificate, checked against the scene's very triangles: lines from all over the
+  // cell to all over the object, and those of them that nothing opaque meets. Not empty: a bug.
+  std::uint32_t lines_checked = 0;
+  std::vector<SightLine> unblocked;  // at most kMaxUnblocked
+  // The PVS that this evaluation comes to: what the cell's halves start from.
+  VisibleSet visible;
 };
 inline constexpr std::size_t kMaxBlockers = 16;
+inline constexpr std::size_t kMaxUnblocked = 16;
+inline constexpr std::size_t kMaxPassedBy = 4;
+inline constexpr std::size_t kMaxExplainedParts = 64;
 
 }  // namespace pvsfarm
