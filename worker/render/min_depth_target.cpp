@@ -31,7 +31,7 @@ struct MinDepthTarget::State {
   OsmesaContext context;
   int side = 0;
   std::vector<float> pixels;
-  GLuint buffer = 0, framebuffer = 0, texture = 0, program = 0, array = 0;
+  GLuint buffer = 0, framebuffer = 0, texture = 0, array = 0;
 
   template <class Function>
   Function load(const char* name) const {
@@ -47,29 +47,13 @@ struct MinDepthTarget::State {
       load<void (*)(GLint, GLint, GLsizei, GLsizei, GLenum, GLenum, void*)>("glReadPixels");
   GLenum (*get_error)() = load<GLenum (*)()>("glGetError");
 
-  GLuint compile(GLenum kind, const char* source) const;
   void make_program();
   void make_framebuffer();
   void make_vertex_array();
 };
 
-GLuint MinDepthTarget::State::compile(GLenum kind, const char* source) const {
-  const GLuint shader = load<PFNGLCREATESHADERPROC>("glCreateShader")(kind);
-  load<PFNGLSHADERSOURCEPROC>("glShaderSource")(shader, 1, &source, nullptr);
-  load<PFNGLCOMPILESHADERPROC>("glCompileShader")(shader);
-  GLint compiled = 0;
-  load<PFNGLGETSHADERIVPROC>("glGetShaderiv")(shader, GL_COMPILE_STATUS, &compiled);
-  PVS_CHECK(compiled == GL_TRUE);
-  return shader;
-}
-
 void MinDepthTarget::State::make_program() {
-  program = load<PFNGLCREATEPROGRAMPROC>("glCreateProgram")();
-  const auto attach = load<PFNGLATTACHSHADERPROC>("glAttachShader");
-  attach(program, compile(GL_VERTEX_SHADER, kVertexShader));
-  attach(program, compile(GL_FRAGMENT_SHADER, kFragmentShader));
-  load<PFNGLLINKPROGRAMPROC>("glLinkProgram")(program);
-  load<PFNGLUSEPROGRAMPROC>("glUseProgram")(program);
+  const GLuint program = context.use_program(kVertexShader, kFragmentShader);
   const GLint scale =
       load<PFNGLGETUNIFORMLOCATIONPROC>("glGetUniformLocation")(program, "two_over_side");
   load<PFNGLUNIFORM1FPROC>("glUniform1f")(scale, 2.0f / static_cast<float>(side));

@@ -1,8 +1,12 @@
 #include "worker/render/osmesa_context.hpp"
 
+#define GL_GLEXT_PROTOTYPES 0
 #include <GL/osmesa.h>
+// After osmesa.h, which needs GL's own types.
+#include <GL/glext.h>
 
 #include <cstdlib>
+#include <utility>
 
 #include "common/base/check.hpp"
 
@@ -47,6 +51,27 @@ OsmesaContext::Address OsmesaContext::address(const char* name) const {
   const Address found = OSMesaGetProcAddress(name);
   PVS_CHECK(found != nullptr);
   return found;
+}
+
+std::uint32_t OsmesaContext::use_program(const char* vertex_shader,
+                                         const char* fragment_shader) const {
+  const auto attach = load<PFNGLATTACHSHADERPROC>("glAttachShader");
+  const auto compile = load<PFNGLCOMPILESHADERPROC>("glCompileShader");
+  const GLuint program = load<PFNGLCREATEPROGRAMPROC>("glCreateProgram")();
+  const std::pair<GLenum, const char*> parts[] = {{GL_VERTEX_SHADER, vertex_shader},
+                                                  {GL_FRAGMENT_SHADER, fragment_shader}};
+  for (const auto& [kind, source] : parts) {
+    const GLuint shader = load<PFNGLCREATESHADERPROC>("glCreateShader")(kind);
+    load<PFNGLSHADERSOURCEPROC>("glShaderSource")(shader, 1, &source, nullptr);
+    compile(shader);
+    GLint compiled = 0;
+    load<PFNGLGETSHADERIVPROC>("glGetShaderiv")(shader, GL_COMPILE_STATUS, &compiled);
+    PVS_CHECK(compiled == GL_TRUE);
+    attach(program, shader);
+  }
+  load<PFNGLLINKPROGRAMPROC>("glLinkProgram")(program);
+  load<PFNGLUSEPROGRAMPROC>("glUseProgram")(program);
+  return program;
 }
 
 std::string OsmesaContext::mesa_version() {

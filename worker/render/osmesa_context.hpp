@@ -26,6 +26,8 @@ class OsmesaContext {
   Function load(const char* name) const {
     return reinterpret_cast<Function>(address(name));
   }
+  // Compiles and links a program (its GL name) and puts it to use. Aborts if Mesa refuses it.
+  std::uint32_t use_program(const char* vertex_shader, const char* fragment_shader) const;
   // Version of the renderer; part of the kernel id, as another Mesa may rasterise differently.
   static std::string mesa_version();
 
