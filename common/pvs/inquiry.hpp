@@ -83,9 +83,9 @@ struct ExplainFinding {
     Box box;  // world, around the part; a group's box if objects were hidden as a group
     std::uint32_t objects = 1;  // in the group
     PlanePlace plane;
-    double depth_m = 0;        // beyond the plane: the nearest that the part can be
-    double pixels = 0;         // that the part's views touch, those outside the map included
-    double covered = 0;        // share of them that matter before the part covers: 1 if hidden
+    double depth_m = 0;             // beyond the plane: the nearest that the part can be
+    double pixels = 0;              // that the part's views touch, those outside the map included
+    double covered = 0;             // share of them that matter before the part covers: 1 if hidden
     std::vector<Blocker> blockers;  // largest share first, at most kMaxBlockers
   };
   std::vector<Part> parts;

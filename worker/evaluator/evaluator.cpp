@@ -32,13 +32,16 @@ Evaluator::Evaluator(std::shared_ptr<const Scene> scene, const EvaluatorSettings
 
 Evaluator::~Evaluator() = default;
 
-CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const VisibleSet& parent) {
+CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const VisibleSet& parent,
+                              Evidence* evidence) {
   State& s = *state_;
   PVS_CHECK_EQ(parent.universe(), s.scene->object_count());
+  PVS_CHECK(evidence == nullptr || parent.contains(evidence->object));
   CellDelta delta{
       .key = key, .hidden = parent, .seen = VisibleSet::none(parent.universe()), .statistics = {}};
   VisibleSet visible = parent, open = parent;
-  s.projection.run(cell, visible, open, delta.statistics);
+  if (evidence != nullptr) evidence->method = Method::kProjection;
+  s.projection.run(cell, visible, open, delta.statistics, evidence);
   delta.hidden.remove_all(visible);
   return delta;
 }

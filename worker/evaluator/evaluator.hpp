@@ -17,6 +17,7 @@
 #include "common/pvs/settings.hpp"
 #include "common/pvs/visible_set.hpp"
 #include "common/scene/scene.hpp"
+#include "worker/evaluator/evidence.hpp"
 
 namespace pvsfarm {
 
@@ -34,7 +35,9 @@ class Evaluator {
   // sees. Objects that are no occludees are not in `parent`. `statistics.cpu_ms` is left 0: the
   // caller has the clock.
   // `key` is copied into the answer and seeds whatever is sampled.
-  CellDelta evaluate(const CellKey& key, const Cell& cell, const VisibleSet& parent);
+  // `evidence`, if any, is told what settled its object, which must be in `parent`.
+  CellDelta evaluate(const CellKey& key, const Cell& cell, const VisibleSet& parent,
+                     Evidence* evidence = nullptr);
 
  private:
   struct State;

@@ -1,13 +1,26 @@
 #include "worker/evaluator/occludee_hierarchy.hpp"
 
 namespace pvsfarm {
+namespace {
+
+std::uint32_t count_in(const VisibleSet& open, const BvhNode& node) {
+  std::uint32_t count = 0;
+  for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
+    count += open.contains(ObjectId{i}) ? 1 : 0;
+  return count;
+}
+
+}  // namespace
 
 // Rule P on every map that is not yet known to be futile; `useful` loses those found futile.
 bool HierarchyTest::hidden(const Box& local_box, MapMask& useful) {
   for (std::size_t m = useful._Find_first(); m < maps_.size(); m = useful._Find_next(m)) {
     ++box_tests_;
     const PlaneAnswer answer = test_box(maps_[m], local_box);
-    if (answer == PlaneAnswer::kHidden) return true;
+    if (answer == PlaneAnswer::kHidden) {
+      hidden_by_ = m;
+      return true;
+    }
     if (answer == PlaneAnswer::kFutile) useful.reset(m);
   }
   return false;
@@ -15,7 +28,10 @@ bool HierarchyTest::hidden(const Box& local_box, MapMask& useful) {
 
 // Rule S: hidden if each half is, by whatever plane.
 bool HierarchyTest::hidden_by_parts(const Box& local_box, MapMask useful, int splits_left) {
-  if (hidden(local_box, useful)) return true;
+  if (hidden(local_box, useful)) {
+    if (noting_) watched_->parts.push_back({local_box, hidden_by_, 1});
+    return true;
+  }
   if (splits_left == 0 || useful.none()) return false;
   int axis = 0;
   const Vec3 size = local_box.size();
@@ -30,7 +46,11 @@ bool HierarchyTest::hidden_by_parts(const Box& local_box, MapMask useful, int sp
 void HierarchyTest::visit(std::uint32_t index, MapMask useful, VisibleSet& open) {
   const BvhNode& node = scene_.bvh()[index];
   if (node.box.empty() || !open.any_in(node.first, node.count)) return;
-  if (hidden(frame_.local_around_world(node.box), useful)) {
+  const Box local_box = frame_.local_around_world(node.box);
+  if (hidden(local_box, useful)) {
+    if (watched_ != nullptr && open.contains(watched_->object) &&
+        index_of(watched_->object) - node.first < node.count)
+      watched_->parts = {{local_box, hidden_by_, count_in(open, node)}};
     open.remove_range(node.first, node.count);
     return;
   }
@@ -43,8 +63,12 @@ void HierarchyTest::visit(std::uint32_t index, MapMask useful, VisibleSet& open)
   for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
     const ObjectId id{i};
     if (!open.contains(id)) continue;
+    noting_ = watched_ != nullptr && id == watched_->object;
     if (hidden_by_parts(frame_.local_around_world(scene_.object(id).box), useful, splits_))
       open.remove(id);
+    else if (noting_)
+      watched_->parts.clear();  // some parts are hidden, the whole is not
+    noting_ = false;
   }
 }
 

@@ -8,6 +8,7 @@
 
 #include "common/pvs/visible_set.hpp"
 #include "common/scene/scene.hpp"
+#include "worker/evaluator/evidence.hpp"
 #include "worker/visibility/occludee_test.hpp"
 
 namespace pvsfarm {
@@ -24,6 +25,9 @@ class HierarchyTest {
   // Removes from `open` every object proved hidden. Rule S: an object's box is halved up to
   // `splits` times in a row.
   void run(VisibleSet& open, int splits);
+  // From now on the parts of evidence->object that are hidden, and by which map, are noted there.
+  // It outlives the runs; null: nothing is noted.
+  void watch(Evidence* evidence) { watched_ = evidence; }
   std::uint32_t box_tests() const { return box_tests_; }
 
  private:
@@ -34,6 +38,9 @@ class HierarchyTest {
   const Scene& scene_;
   const CellFrame& frame_;
   std::span<const OcclusionMap> maps_;
+  Evidence* watched_ = nullptr;
+  bool noting_ = false;        // the box being tested is of the watched object
+  std::size_t hidden_by_ = 0;  // the map of the last box found hidden
   int splits_ = 0;
   std::uint32_t box_tests_ = 0;
 };

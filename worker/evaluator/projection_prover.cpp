@@ -48,7 +48,7 @@ void ProjectionProver::project_from(const CellFrame& frame, std::size_t from,
 }
 
 void ProjectionProver::run(const Cell& cell, VisibleSet& visible, VisibleSet& open,
-                           CellStatistics& statistics) {
+                           CellStatistics& statistics, Evidence* evidence) {
   const CellFrame frame(cell);
 
   // 1. The largest occluders that are legal for this cell. With the eyes above the lowest occludee,
@@ -83,8 +83,15 @@ void ProjectionProver::run(const Cell& cell, VisibleSet& visible, VisibleSet& op
   // 3. The largest occluders against all objects.
   VisibleSet hidden = open;
   HierarchyTest test(scene_, frame, maps());
+  test.watch(evidence);
+  const auto note = [&](const VisibleSet& tested) {
+    if (evidence == nullptr || !tested.contains(evidence->object)) return;
+    evidence->planes = planes;
+    evidence->occluders = occluders_;
+  };
   project_from(frame, 0, statistics);
   test.run(open, 0);
+  note(hidden);
   hidden.remove_all(open);
   visible.remove_all(hidden);
 
@@ -98,6 +105,7 @@ void ProjectionProver::run(const Cell& cell, VisibleSet& visible, VisibleSet& op
       ++statistics.occluders_skipped;
   project_from(frame, drawn, statistics);
   test.run(open, effort_.splits);
+  note(hidden);
   statistics.box_tests += test.box_tests();
   hidden.remove_all(open);
   visible.remove_all(hidden);

@@ -36,7 +36,9 @@ class ProjectionProver {
   // the objects known to be seen: only what it holds is projected. What is removed from `open` is
   // removed from `visible` too.
   // Adds to the statistics what it did; not which objects it settled.
-  void run(const Cell& cell, VisibleSet& visible, VisibleSet& open, CellStatistics& statistics);
+  // `evidence`, if any, is filled in where its object is in `open`, but for the method.
+  void run(const Cell& cell, VisibleSet& visible, VisibleSet& open, CellStatistics& statistics,
+           Evidence* evidence = nullptr);
 
   // The maps of the last run, as they were at its end.
   std::span<const OcclusionMap> maps() const { return std::span(maps_).first(map_count_); }

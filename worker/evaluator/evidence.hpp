@@ -1,0 +1,34 @@
+// What settled one object of a cell, noted while it happens for who asks. Where nobody asks,
+// nothing is noted and nothing is paid for it; where somebody does, no answer changes.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "common/base/ids.hpp"
+#include "common/pvs/inquiry.hpp"
+#include "worker/visibility/occluder_pieces.hpp"
+
+namespace pvsfarm {
+
+struct Evidence {
+  ObjectId object{};  // whom it is about: the question; all else is the answer
+
+  // A prover's certificate: boxes that together hold the object, each with the plane that hides it.
+  struct Part {
+    Box local_box;              // in the cell's frame
+    std::size_t plane = 0;      // into `planes`
+    std::uint32_t objects = 1;  // that were hidden with it as a group
+  };
+  std::vector<Part> parts;           // empty: not hidden
+  std::optional<SightLine> witness;  // none: not seen
+
+  // The method that settled it, or else the last prover that could not.
+  Method method = Method::kProjection;
+  // What that prover had drawn, and where. The occluders point into the scene.
+  std::vector<ProjectionPlane> planes;
+  LocalOccluders occluders;
+};
+
+}  // namespace pvsfarm
