@@ -12,6 +12,7 @@
 #include "tests/bench/culling.hpp"
 #include "tests/bench/evaluation_speed.hpp"
 #include "tests/bench/farm_speed.hpp"
+#include "tests/bench/sampling.hpp"
 
 namespace pvsfarm::bench {
 namespace {
@@ -23,6 +24,7 @@ struct Options {
   std::size_t cells = 60;
   std::uint64_t rays = 4'000'000;
   std::uint64_t seed = 1;
+  std::vector<std::uint64_t> budgets{5'000, 10'000, 20'000, 40'000, 80'000};
   EvaluatorSettings evaluator;
   std::string bin_folder, work_folder;
   int runs = 3;
@@ -53,6 +55,26 @@ Status print_speed(const Options& options) {
   std::printf("| %s | %d | %.1f | %.1f | %.1f | `%.12s` |\n", to_string(options.evaluator.raster),
               options.evaluator.resolution_px, speed->mean_ms(), speed->quantile_ms(0.5),
               speed->quantile_ms(1), speed->results.hex().c_str());
+  return {};
+}
+
+Status print_sampling(const Options& options) {
+  const auto scene = make_bench_scene(options.generator, options.size, options.cell_size_m);
+  if (!scene.ok()) return scene.error();
+  const std::vector<RootCell> cells = spread_sample(scene->cells, options.cells, options.seed);
+  const auto sampling = measure_sampling(*scene, cells,
+                                         {.evaluator = options.evaluator,
+                                          .rays = options.budgets,
+                                          .reference_rays = options.rays,
+                                          .seed = options.seed});
+  if (!sampling.ok()) return sampling.error();
+  std::printf("%s: %.1f targets, %.1f seen by the reference, sampler made in %.0f ms\n",
+              options.generator.c_str(), sampling->targets, sampling->reference_objects,
+              sampling->construction_ms);
+  for (const SamplingRow& row : sampling->rows)
+    std::printf("| %.0f | %.0f | %.2f | %.2f | %.1f | %.2f |\n", row.rays, row.checks,
+                row.found_objects_percent, row.found_triangles_percent, row.beyond_objects,
+                row.cpu_ms);
   return {};
 }
 
@@ -139,6 +161,13 @@ int main(int argc, char** argv) {
   CLI::App* speed = app.add_subcommand("speed", "processor time of evaluating a cell");
   add_scene_options(*speed, options);
   speed->callback([&] { run = print_speed; });
+
+  CLI::App* sampling = app.add_subcommand(
+      "sampler", "rays, checks, % of objects and of triangles found, objects beyond, ms a cell");
+  add_scene_options(*sampling, options);
+  sampling->add_option("--rays", options.rays, "of the reference, a cell");
+  sampling->add_option("--budgets", options.budgets, "rays of the sampler, a cell; a row each");
+  sampling->callback([&] { run = print_sampling; });
 
   CLI::App* farm = app.add_subcommand("farm", "the real programs, one worker and two");
   add_scene_options(*farm, options);

@@ -59,7 +59,7 @@ inline constexpr PackageRow kPackages[] = {
     {"OSMesa", "GL/ osmesa", "worker/render/", true},
     {"assimp", "assimp/", "common/scene/", true},
     {"SQLite", "sqlite3.h", "coordinator/journal/"},
-    {"Embree", "embree3/", "tests/support/", true},
+    {"Embree", "embree3/", "worker/visibility/ray_scene tests/support/", true},
     {"Recast", "recastnavigation/", "common/cells/"},
     {"libpng", "png.h", "coordinator/picture/"},
     {"libsodium", "sodium", "common/base/"},
@@ -91,6 +91,8 @@ inline constexpr std::string_view kImpureHeaders[] = {
     "shared_mutex", "future",    "atomic", "random",     "ctime",  "condition_variable",
     "stop_token",   "semaphore", "latch",  "barrier",
 };
+// Packages that only compute. Where each may be included is said above.
+inline constexpr std::string_view kPurePackages[] = {"glm/", "embree3/"};
 inline constexpr std::string_view kImpureCalls[] = {
     "::now(",  "std::rand",   "std::time(", "random_device", "mt19937",
     "fopen(",  "printf(",     "std::cout",  "std::cerr",     "std::clog",

@@ -19,9 +19,11 @@ bool is_impure_header(const std::string& name) {
   if (std::find(std::begin(kImpureHeaders), std::end(kImpureHeaders), name) !=
       std::end(kImpureHeaders))
     return true;
+  for (const std::string_view package : kPurePackages)
+    if (name.starts_with(package)) return false;
   // Of the system's headers, only the compiler's own vector instructions are functions.
   return (name.ends_with(".h") || name.find('/') != std::string::npos) &&
-         !name.ends_with("intrin.h") && name != "cpuid.h" && !name.starts_with("glm/");
+         !name.ends_with("intrin.h") && name != "cpuid.h";
 }
 
 // Prose, data and pictures have lines as long as they need.

@@ -1,0 +1,175 @@
+#include "worker/visibility/sampler.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "common/scene/scene_build.hpp"
+#include "tests/property/random_scenes.hpp"
+#include "tests/support/make_objects.hpp"
+#include "tests/support/ray_oracle.hpp"
+
+namespace pvsfarm {
+namespace {
+
+const Cell kCell = Cell::aligned({{-1, -1, -1}, {1, 1, 1}});
+
+SourceObject wall_at(double x) {
+  return polygon_object(
+      "wall", std::array{Vec3{x, -20, -20}, Vec3{x, 20, -20}, Vec3{x, 20, 20}, Vec3{x, -20, 20}});
+}
+SourceObject thing_at(double x) { return box_object("thing", {{x, -1, -1}, {x + 1, 1, 1}}); }
+
+std::shared_ptr<const Scene> built(const SceneSource& source) {
+  auto scene = build_scene(source);
+  EXPECT_TRUE(scene.ok());
+  return *scene;
+}
+
+// Positions in the source of what was seen, and the segments that saw it.
+struct Seen {
+  std::vector<char> object;
+  std::vector<Witness> witnesses;
+};
+
+Seen look(const SceneSource& source, const Cell& cell, double near_m = 0) {
+  const auto scene = built(source);
+  Sampler sampler(scene);
+  sampler.begin(cell, 1, near_m);
+  sampler.look_around(2000);
+  sampler.aim(VisibleSet::all(scene->object_count()), 20000);
+  Seen seen{std::vector<char>(source.objects.size(), 0), sampler.witnesses()};
+  sampler.seen().for_each([&](ObjectId id) { seen.object[scene->object(id).file_index] = 1; });
+  return seen;
+}
+
+double distance_to(const Cell& cell, const Vec3& p) {
+  double most = 0;
+  for (int a = 0; a < 3; ++a) {
+    const double t = dot(p - cell.origin, cell.axes[a]);
+    most = std::max({most, cell.lo[a] - t, t - cell.hi[a]});
+  }
+  return most;
+}
+
+// From the nearest triangle whose plane the point lies over.
+double distance_to(const SourceObject& object, const Vec3& p) {
+  double least = 1e300;
+  for (const auto& t : object.triangles) {
+    const Vec3 a = object.vertices[t[0]], b = object.vertices[t[1]], c = object.vertices[t[2]];
+    const Vec3 n = cross(b - a, c - a) / length(cross(b - a, c - a));
+    const bool over = dot(cross(b - a, n), p - a) < 0 && dot(cross(c - b, n), p - b) < 0 &&
+                      dot(cross(a - c, n), p - c) < 0;
+    if (over) least = std::min(least, std::abs(dot(n, p - a)));
+  }
+  return least;
+}
+
+TEST(Sampler, sees_a_wall_and_what_is_before_it_but_nothing_behind) {
+  SceneSource source;
+  source.objects = {thing_at(3), wall_at(5), thing_at(7)};
+  EXPECT_EQ(look(source, kCell).object, (std::vector<char>{1, 1, 0}));
+}
+
+TEST(Sampler, looks_through_what_is_not_opaque_and_sees_that_too) {
+  SceneSource source;
+  source.objects = {wall_at(3), wall_at(4), wall_at(5), thing_at(7)};
+  source.objects[0].occluder = false;
+  source.objects[1].dynamic = true;
+  EXPECT_EQ(look(source, kCell).object, (std::vector<char>{1, 1, 1, 0}));
+}
+
+TEST(Sampler, a_one_sided_wall_blocks_and_shows_only_from_its_front) {
+  SceneSource source;
+  source.objects = {wall_at(5), thing_at(7)};  // front towards +x, away from the cell
+  source.objects[0].two_sided = false;
+  EXPECT_EQ(look(source, kCell).object, (std::vector<char>{0, 1}));
+  for (auto& t : source.objects[0].triangles) std::swap(t[0], t[1]);
+  EXPECT_EQ(look(source, kCell).object, (std::vector<char>{1, 0}));
+}
+
+TEST(Sampler, finds_what_shows_through_a_slit_of_a_millimetre) {
+  SceneSource source;
+  source.objects = {box_object("left", {{5, -20, -20}, {5, -0.0005, 20}}),
+                    box_object("right", {{5, 0.0005, -20}, {5, 20, 20}}), thing_at(7)};
+  EXPECT_EQ(look(source, kCell).object, (std::vector<char>{1, 1, 1}));
+}
+
+TEST(Sampler, matter_before_the_near_distance_proves_nothing) {
+  SceneSource source;
+  source.objects = {thing_at(3), box_object("behind", {{-20, -1, -1}, {-19, 1, 1}})};
+  EXPECT_EQ(look(source, kCell, 6).object, (std::vector<char>{0, 1}));
+}
+
+TEST(Sampler, far_from_the_origin_it_sees_the_same) {
+  SceneSource source;
+  source.objects = {thing_at(3), wall_at(5), thing_at(7)};
+  const Vec3 far{1e7, -2e7, 3e6};
+  for (SourceObject& object : source.objects)
+    for (Vec3& v : object.vertices) v += far;
+  const Cell cell = Cell::aligned({far - Vec3{1}, far + Vec3{1}});
+  EXPECT_EQ(look(source, cell).object, (std::vector<char>{1, 1, 0}));
+}
+
+TEST(Sampler, slivers_and_points_are_never_seen) {
+  SceneSource source;
+  source.objects = {
+      polygon_object("line", std::array{Vec3{3, 0, 0}, Vec3{3, 1, 0}, Vec3{3, 2, 0}}),
+      polygon_object("point", std::array{Vec3{3, 0, 0}, Vec3{3, 0, 0}, Vec3{3, 0, 0}}),
+      polygon_object("sliver", std::array{Vec3{3, -9, 2}, Vec3{3, 9, 2}, Vec3{3, 0, 2 + 1e-13}})};
+  EXPECT_EQ(look(source, kCell).object, (std::vector<char>{0, 0, 0}));
+}
+
+TEST(Sampler, a_cell_that_is_a_point_sees) {
+  SceneSource source;
+  source.objects = {thing_at(3), wall_at(5), thing_at(7)};
+  EXPECT_EQ(look(source, Cell::aligned({Vec3{0}, Vec3{0}})).object, (std::vector<char>{1, 1, 0}));
+}
+
+TEST(Sampler, counts_the_triangles_of_its_best_viewpoint) {
+  SceneSource source;  // two rooms of one cell: what one half sees the other does not
+  source.objects = {box_object("divider", {{0, -20, -20}, {0.1, 20, 20}}), thing_at(5),
+                    box_object("left", {{-6, -1, -1}, {-5, 1, 1}}),
+                    box_object("left too", {{-6, 3, -1}, {-5, 5, 1}})};
+  const auto scene = built(source);
+  Sampler sampler(scene);
+  sampler.begin(kCell, 1, 0);
+  sampler.aim(VisibleSet::all(scene->object_count()), 20000);
+  ASSERT_EQ(sampler.seen().count(), 4u);
+  EXPECT_EQ(sampler.most_triangles_from_a_point(16), 36u);
+  EXPECT_EQ(sampler.seen().count(), 4u);
+}
+
+// The judge of the tests shares nothing with the sampler.
+TEST(Sampler, every_witness_is_confirmed_by_another_judge) {
+  std::size_t confirmed = 0;
+  for (const Family family : kFamilies) {
+    for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+      SCOPED_TRACE(std::string(to_string(family)) + " " + std::to_string(seed));
+      const RandomWorld world = random_world(family, seed);
+      const RayOracle oracle(world.source);
+      const auto scene = built(world.source);
+      Sampler sampler(scene);
+      for (const Cell& cell : world.cells) {
+        sampler.begin(cell, seed, 0);
+        sampler.look_around(500);
+        sampler.aim(VisibleSet::all(scene->object_count()), 4000);
+        ASSERT_EQ(sampler.witnesses().size(), sampler.seen().count());
+        for (const Witness& w : sampler.witnesses()) {
+          const std::uint32_t object = scene->object(w.object).file_index;
+          ASSERT_TRUE(oracle.clear_by({w.eye, w.point}, 0.1 * sampler.margin(), object)) << object;
+          ASSERT_LE(distance_to(cell, w.eye), sampler.margin());
+          ASSERT_LE(distance_to(world.source.objects[object], w.point), sampler.margin());
+          ++confirmed;
+        }
+      }
+    }
+  }
+  EXPECT_GT(confirmed, 1000u);
+}
+
+}  // namespace
+}  // namespace pvsfarm

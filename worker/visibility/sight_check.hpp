@@ -1,0 +1,101 @@
+// Lines of sight in double precision, without any package: does a segment clear all opaque matter
+// by a margin, what does it meet first, what does it pass nearest.
+//
+// Opaque are the triangles of objects that occlude and do not move. A one-sided triangle that a
+// segment clearly meets from its back does not block. All else within the margin blocks: touching,
+// grazing, and what is too thin to have a normal. The part of space that a triangle blocks is the
+// slab of the margin about its plane, cut by its edges moved outwards by the margin; it holds every
+// point within the margin of the triangle, and more at sharp corners.
+// Only +, -, *, / and square roots, uncontracted: the same answer on every machine.
+// Threads: const after construction. No query but nearest() allocates.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "common/base/ids.hpp"
+#include "common/geometry/vec.hpp"
+#include "common/scene/scene.hpp"
+#include "worker/visibility/triangle_tree.hpp"
+
+namespace pvsfarm {
+
+// From an eye to a point.
+struct Sightline {
+  Vec3 eye{0}, point{0};
+};
+
+// A triangle as the checks see it: its corners relative to an eye.
+struct SeenTriangle {
+  Vec3 corner[3];
+  Vec3 normal;  // not of unit length
+  double normal_length = 0, longest = 0;
+
+  SeenTriangle(const Scene& scene, std::uint32_t triangle, const Vec3& eye);
+  // Too thin to have a normal in double precision.
+  bool degenerate() const { return !(normal_length > 1e-12 * longest * longest); }
+  // [units] scene units. The least height.
+  double height() const { return longest > 0 ? normal_length / longest : 0; }
+  // Along `d` its front (direction < 0) or its back is met, beyond doubt within `margin`.
+  bool front_met(const Vec3& d, double margin) const { return clearly(-dot(normal, d), d, margin); }
+  bool back_met(const Vec3& d, double margin) const { return clearly(dot(normal, d), d, margin); }
+  // How far `p` of its plane lies inside the nearest edge; negative outside.
+  double depth_inside(const Vec3& p) const;
+
+ private:
+  bool clearly(double rise, const Vec3& d, double margin) const {
+    return rise > margin * normal_length && rise > margin * length(d) * longest;
+  }
+};
+
+class SightCheck {
+ public:
+  static constexpr ObjectId kNoObject{0xffffffffu};
+
+  struct Hit {
+    ObjectId object{};
+    std::uint32_t triangle = 0;  // in scene.all_triangles()
+    double t = 0;                // along the segment, 0 .. 1
+  };
+  struct Near {
+    ObjectId object{};
+    std::uint32_t triangle = 0;
+    double clearance = 0;  // [units] scene units; 0: it meets the segment
+  };
+
+  explicit SightCheck(std::shared_ptr<const Scene> scene);
+
+  // No opaque triangle comes within `margin` of the segment; those of the object `ignored` do not
+  // count, for they cannot hide their own object.
+  bool clear(const Sightline& line, ObjectId ignored, double margin) const;
+  // The same but for one triangle, which alone does not count.
+  bool clear_but_for(const Sightline& line, std::uint32_t triangle, double margin) const;
+  // The opaque triangle that the segment meets first, with no margin.
+  std::optional<Hit> first_hit(const Sightline& line) const;
+  // The `count` opaque triangles nearest to the segment, nearest first, one an object; slow.
+  std::vector<Near> nearest(const Sightline& line, ObjectId ignored, std::size_t count) const;
+
+  // [units] scene units. For cells within `reach` of the scene's centre: rounding in this class
+  // stays far below it.
+  double margin_for(double reach) const;
+  ObjectId object_of(std::uint32_t triangle) const;
+  bool two_sided(std::uint32_t triangle) const {
+    return scene_->object(object_of(triangle)).two_sided;
+  }
+  const Vec3& origin() const { return tree_.origin(); }
+  double radius() const { return radius_; }  // half the diagonal of the scene
+
+ private:
+  struct Query;
+  bool clear_of_all_but(const Sightline& line, std::uint32_t first, std::uint32_t count,
+                        double margin) const;
+
+  std::shared_ptr<const Scene> scene_;
+  TriangleTree tree_;
+  std::vector<std::uint8_t> one_sided_;  // a bit a triangle
+  double radius_ = 0;
+};
+
+}  // namespace pvsfarm
