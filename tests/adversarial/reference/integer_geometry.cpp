@@ -18,7 +18,13 @@ std::int64_t determinant(const IntPoint& p, const IntPoint& q, const IntPoint& r
 }
 
 int orientation(const IntPoint& a, const IntPoint& b, const IntPoint& c, const IntPoint& d) {
-  const std::int64_t det = determinant(b - a, c - a, d - a);
+  const IntPoint p = b - a, q = c - a, r = d - a;
+  for (int k = 0; k < 3; ++k)
+    for (const IntPoint* row : {&p, &q, &r}) PVS_CHECK_LE(std::abs((*row)[k]), kLargestDifference);
+  const auto minor = [&](int i, int j) {
+    return static_cast<__int128>(q[i]) * r[j] - static_cast<__int128>(q[j]) * r[i];
+  };
+  const __int128 det = p[0] * minor(1, 2) + p[1] * minor(2, 0) + p[2] * minor(0, 1);
   return det > 0 ? 1 : det < 0 ? -1 : 0;
 }
 

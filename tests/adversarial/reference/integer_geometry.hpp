@@ -1,7 +1,7 @@
 // Signs of determinants of integers, without rounding and without overflow.
 //
-// Source: theory C.4. [limit] differences of coordinates are at most 2^20: then every partial sum
-// of a 3 x 3 determinant is below 2^63.
+// Source: theory C.4. [limit] of `determinant`: no entry beyond 2^20, then every partial sum is
+// below 2^63. [limit] of everything else: no difference of coordinates beyond 2^40, in 128 bits.
 #pragma once
 
 #include <array>
@@ -12,6 +12,7 @@
 namespace pvsfarm::reference {
 
 inline constexpr std::int64_t kLargestEntry = std::int64_t{1} << 20;
+inline constexpr std::int64_t kLargestDifference = std::int64_t{1} << 40;
 
 struct IntPoint {
   std::int64_t v[3] = {0, 0, 0};
@@ -25,7 +26,7 @@ inline Vec3 to_vec(const IntPoint& p) {
   return Vec3{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
 }
 
-// Requires: no entry beyond kLargestEntry.
+// det[p, q, r] in 64 bits. Requires: no entry beyond kLargestEntry.
 std::int64_t determinant(const IntPoint& p, const IntPoint& q, const IntPoint& r);
 
 // Sign of det[b - a, c - a, d - a]: positive if d lies where a, b, c look counter-clockwise from.
