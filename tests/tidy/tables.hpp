@@ -27,7 +27,10 @@ inline constexpr FolderRow kFolders[] = {
     {"worker/evaluator",
      "common/base common/geometry common/scene common/cells common/pvs worker/visibility "
      "worker/render"},
-    {"worker/service", "common/ worker/evaluator"},
+    {"worker/inquiry",
+     "common/base common/geometry common/scene common/cells common/pvs worker/visibility "
+     "worker/evaluator"},
+    {"worker/service", "common/ worker/evaluator worker/inquiry"},
     {"worker", "common/ worker/"},
     {"coordinator/generate", "common/base common/geometry common/scene common/cells"},
     {"coordinator/picture", "common/base common/geometry common/scene common/cells common/pvs"},
@@ -83,8 +86,8 @@ inline constexpr std::string_view kSystemHeaders =
 
 // Folders of algorithms: functions of what they are given.
 inline constexpr std::string_view kPureFolders[] = {
-    "common/geometry",   "worker/visibility", "worker/evaluator",
-    "coordinator/board", "coordinator/tree",
+    "common/geometry", "worker/visibility", "worker/evaluator",
+    "worker/inquiry",  "coordinator/board", "coordinator/tree",
 };
 inline constexpr std::string_view kImpureHeaders[] = {
     "fstream",      "iostream",  "cstdio", "filesystem", "thread", "mutex",

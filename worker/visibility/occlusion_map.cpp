@@ -62,7 +62,7 @@ void OcclusionMap::build_pyramids() {
 
 // Rounding of the product is at most 2^-40 pixel; callers widen their rectangles by more.
 // Requires numbers, not NaN.
-OcclusionMap::Range OcclusionMap::touched(const PlaneRect& rect) const {
+PixelRange OcclusionMap::touched(const PlaneRect& rect) const {
   const double side = plane_.resolution_px;
   const auto pixel = [side](double pixels) {
     if (pixels < 0) return -1;
@@ -72,7 +72,7 @@ OcclusionMap::Range OcclusionMap::touched(const PlaneRect& rect) const {
           pixel((rect.x1 - plane_.x0) * per_px_), pixel((rect.y1 - plane_.y0) * per_py_)};
 }
 
-bool OcclusionMap::covered_in(int level, int i, int j, const Range& range, float depth) const {
+bool OcclusionMap::covered_in(int level, int i, int j, const PixelRange& range, float depth) const {
   const int side = plane_.resolution_px >> level;
   if (levels_max_[level][static_cast<std::size_t>(j) * side + i] < depth) return true;
   if (level == 0) return false;
@@ -91,7 +91,7 @@ bool OcclusionMap::covered_in(int level, int i, int j, const Range& range, float
 
 bool OcclusionMap::covered(const PlaneRect& rect, float depth) const {
   if (!(rect.x0 <= rect.x1 && rect.y0 <= rect.y1)) return false;  // NaN: doubt means visible
-  const Range r = touched(rect);
+  const PixelRange r = touched(rect);
   const int last = plane_.resolution_px - 1;
   if (r.i0 < 0 || r.j0 < 0 || r.i1 > last || r.j1 > last) return false;
   const int span = std::max(r.i1 - r.i0, r.j1 - r.j0);
@@ -104,7 +104,7 @@ bool OcclusionMap::covered(const PlaneRect& rect, float depth) const {
 
 float OcclusionMap::lower_bound(const PlaneRect& rect) const {
   if (!(rect.x0 <= rect.x1 && rect.y0 <= rect.y1)) return -kUncovered;
-  Range r = touched(rect);
+  PixelRange r = touched(rect);
   const int last = plane_.resolution_px - 1;
   if (r.i1 < 0 || r.j1 < 0 || r.i0 > last || r.j0 > last) return kUncovered;
   r = {std::max(r.i0, 0), std::max(r.j0, 0), std::min(r.i1, last), std::min(r.j1, last)};

@@ -21,6 +21,11 @@ struct PlaneRect {
   double x0 = 0, y0 = 0, x1 = 0, y1 = 0;
 };
 
+// Pixels i0 .. i1 of rows j0 .. j1, both ends included.
+struct PixelRange {
+  int i0, j0, i1, j1;
+};
+
 class OcclusionMap {
  public:
   // Requires: resolution a power of two, at most kMaxResolutionPx.
@@ -39,13 +44,11 @@ class OcclusionMap {
   // 2 x 2 texels of the min pyramid; kUncovered where rect misses the map.
   float lower_bound(const PlaneRect& rect) const;
   float lowest() const { return levels_min_.back()[0]; }
+  // The pixels that `rect` touches; -1 or the resolution where it leaves the map.
+  PixelRange touched(const PlaneRect& rect) const;
 
  private:
-  struct Range {
-    int i0, j0, i1, j1;
-  };
-  Range touched(const PlaneRect& rect) const;
-  bool covered_in(int level, int i, int j, const Range& range, float depth) const;
+  bool covered_in(int level, int i, int j, const PixelRange& range, float depth) const;
 
   ProjectionPlane plane_;
   double per_px_ = 1, per_py_ = 1;

@@ -1,0 +1,70 @@
+#include "worker/inquiry/line_check.hpp"
+
+#include <algorithm>
+
+#include "common/base/random.hpp"
+
+namespace pvsfarm {
+namespace {
+
+constexpr std::uint32_t kLines = 512;           // for the whole of a certificate
+constexpr std::uint32_t kLeastLinesAPart = 64;  // but so many a part: every corner to every corner
+constexpr std::uint32_t kEyes = 32;
+constexpr std::uint64_t kSeed = 0x6c696e65;
+
+// A point of the box, every other time on its border.
+Vec3 point_in(const Vec3& lo, const Vec3& hi, Random& random) {
+  Vec3 t;
+  for (int a = 0; a < 3; ++a) t[a] = random.unit();
+  if (random.below(2) == 0) {
+    const auto axis = static_cast<int>(random.below(3));
+    t[axis] = static_cast<double>(random.below(2));
+  }
+  return lo + (hi - lo) * t;
+}
+
+std::vector<Vec3> eyes_of(const Cell& cell, Random& random) {
+  std::vector<Vec3> eyes;
+  for (int k = 0; k < 8; ++k) eyes.push_back(cell.corner(k));
+  while (eyes.size() < kEyes) eyes.push_back(cell.point(point_in(cell.lo, cell.hi, random)));
+  return eyes;
+}
+
+// Of a group only the object is of interest, of a part what lies in the object's box.
+Box common_box(const Box& part, const Box& object) {
+  Box out;
+  for (int a = 0; a < 3; ++a) {
+    out.lo[a] = std::clamp(part.lo[a], object.lo[a], object.hi[a]);
+    out.hi[a] = std::clamp(part.hi[a], object.lo[a], object.hi[a]);
+  }
+  return out;
+}
+
+}  // namespace
+
+void check_by_lines(const Scene& scene, const SightCheck& sight, const ExplainQuestion& question,
+                    ExplainFinding& finding) {
+  if (finding.parts.empty()) return;
+  Random random(kSeed);
+  const std::vector<Vec3> eyes = eyes_of(question.cell, random);
+  const double reach = length(question.cell.center() - sight.origin()) +
+                       length(question.cell.half()) + sight.radius();
+  const double margin = sight.margin_for(reach);
+  const auto parts = static_cast<std::uint32_t>(finding.parts.size());
+  const std::uint32_t lines = std::max(kLeastLinesAPart, (kLines + parts - 1) / parts);
+  for (const ExplainFinding::Part& part : finding.parts) {
+    const Box target = common_box(part.box, scene.object(question.object).box);
+    for (std::uint32_t k = 0; k < lines; ++k) {
+      const bool to_corner = k < kLeastLinesAPart;
+      const Vec3 eye = eyes[to_corner ? k % 8 : k % kEyes];
+      const Vec3 point = to_corner ? target.corner(static_cast<int>(k / 8))
+                                   : point_in(target.lo, target.hi, random);
+      ++finding.lines_checked;
+      if (finding.unblocked.size() < kMaxUnblocked &&
+          sight.clear({eye, point}, question.object, margin))
+        finding.unblocked.push_back({eye, point});
+    }
+  }
+}
+
+}  // namespace pvsfarm
