@@ -109,14 +109,20 @@ std::vector<VisibilityCase> cases_that(Must must) {
   return some;
 }
 
-std::vector<ExactPolygon> exact_matter(const VisibilityCase& c) {
-  std::vector<ExactPolygon> matter;
+std::vector<std::vector<Vec3>> occluder_polygons(const VisibilityCase& c) {
+  std::vector<std::vector<Vec3>> polygons;
   for (const CaseOccluder& o : c.occluders) {
     if (o.box)
-      for (ExactPolygon& face : exact_faces(*o.box)) matter.push_back(std::move(face));
+      for (std::vector<Vec3>& face : face_loops(*o.box)) polygons.push_back(std::move(face));
     else
-      matter.emplace_back(o.polygon);
+      polygons.push_back(o.polygon);
   }
+  return polygons;
+}
+
+std::vector<ExactPolygon> exact_matter(const VisibilityCase& c) {
+  std::vector<ExactPolygon> matter;
+  for (const auto& polygon : occluder_polygons(c)) matter.emplace_back(polygon);
   return matter;
 }
 

@@ -43,7 +43,9 @@ inline void PrintTo(const VisibilityCase& c, std::ostream* out) { *out << c.id <
 const std::vector<VisibilityCase>& all_cases();
 std::vector<VisibilityCase> cases_that(Must must);
 
-// The matter of a case, exactly.
+// The matter of a case as convex polygons; a box as its faces.
+std::vector<std::vector<Vec3>> occluder_polygons(const VisibilityCase& c);
+// The same, exactly.
 std::vector<ExactPolygon> exact_matter(const VisibilityCase& c);
 
 // A case set up somewhere: its scene, the position of the occludee in it, and its cell.

@@ -61,9 +61,9 @@ Sight ExactPolygon::sight(const ExactPoint& from, const ExactPoint& to) const {
   return left > 0 && right > 0 ? Sight::kClear : Sight::kBlocked;
 }
 
-std::vector<ExactPolygon> exact_faces(const Box& box) {
+std::vector<std::vector<Vec3>> face_loops(const Box& box) {
   constexpr int kCorners[4] = {0, 1, 3, 2};  // around a face, bits of its two axes
-  std::vector<ExactPolygon> faces;
+  std::vector<std::vector<Vec3>> faces;
   for (int axis = 0; axis < 3; ++axis) {
     const int u = (axis + 1) % 3, w = (axis + 2) % 3;
     if (box.lo[u] == box.hi[u] || box.lo[w] == box.hi[w]) continue;
@@ -72,9 +72,15 @@ std::vector<ExactPolygon> exact_faces(const Box& box) {
       std::vector<Vec3> points;
       for (int c : kCorners)
         points.push_back(box.corner(side << axis | (c & 1) << u | (c >> 1) << w));
-      faces.emplace_back(points);
+      faces.push_back(std::move(points));
     }
   }
+  return faces;
+}
+
+std::vector<ExactPolygon> exact_faces(const Box& box) {
+  std::vector<ExactPolygon> faces;
+  for (const std::vector<Vec3>& loop : face_loops(box)) faces.emplace_back(loop);
   return faces;
 }
 

@@ -38,6 +38,7 @@ class ExactPolygon {
 };
 
 // The six faces of a box, or the one rectangle of a flat box.
+std::vector<std::vector<Vec3>> face_loops(const Box& box);
 std::vector<ExactPolygon> exact_faces(const Box& box);
 
 // kClear if all are clear, else kBlocked if one blocks, else kGrazing.
