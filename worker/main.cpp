@@ -13,7 +13,7 @@ namespace pvsfarm {
 namespace {
 
 EvaluateCell make_evaluator(std::shared_ptr<const Scene> scene, const EvaluatorSettings& settings) {
-  const auto evaluator = std::make_shared<Evaluator>(std::move(scene), settings);
+  const auto evaluator = std::make_shared<Evaluator>(std::move(scene), settings, thread_cpu_ms);
   return [evaluator](const CellKey& key, const Cell& cell, const VisibleSet& parent) {
     return evaluator->evaluate(key, cell, parent);
   };

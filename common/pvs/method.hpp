@@ -51,6 +51,7 @@ struct MethodStatistics {
   std::uint64_t hidden_triangles = 0, seen_triangles = 0;
   std::uint64_t work = 0;  // rays cast, or pieces projected
   double cpu_ms = 0;       // 0 where nobody tells the time
+  friend bool operator==(const MethodStatistics&, const MethodStatistics&) = default;
 };
 using StatisticsByMethod = std::array<MethodStatistics, kMethodCount>;
 

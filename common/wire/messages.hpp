@@ -17,7 +17,7 @@
 
 namespace pvsfarm {
 
-inline constexpr std::uint32_t kProtocolMajor = 1;
+inline constexpr std::uint32_t kProtocolMajor = 2;
 inline constexpr std::uint32_t kProtocolMinorLowest = 0;
 inline constexpr std::uint32_t kProtocolMinorHighest = 0;
 
@@ -98,12 +98,13 @@ struct HeartbeatAck {
 
 struct DeltaHead {
   CellKey key;
-  std::uint64_t hidden_bytes = 0;
+  std::uint64_t hidden_bytes = 0, seen_bytes = 0;
+  std::uint64_t point_triangles = 0;
   CellStatistics statistics;
 };
 struct ResultBegin {
   LeaseId lease{};
-  std::uint64_t bytes = 0;  // the sum of hidden_bytes
+  std::uint64_t bytes = 0;  // of all sets: of each delta the hidden set, then the seen one
   std::vector<DeltaHead> deltas;
 };
 struct ResultChunk {

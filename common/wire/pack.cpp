@@ -41,6 +41,12 @@ void pack_settings(const EvaluatorSettings& settings, proto::EvaluatorSettings& 
   out.set_planes_per_face(static_cast<std::uint32_t>(settings.planes_per_face));
   out.set_extent(settings.extent);
   out.set_near_m(settings.near_m);
+  out.set_methods(settings.methods.bits());
+  out.set_gap(settings.gap);
+  out.set_max_rays(settings.max_rays);
+  out.set_time_ms(settings.time_ms);
+  out.set_item_buffer_px(static_cast<std::uint32_t>(settings.item_buffer_px));
+  out.set_budget_triangles(settings.budget_triangles);
 }
 
 void pack_statistics(const CellStatistics& statistics, proto::Statistics& out) {
@@ -50,6 +56,17 @@ void pack_statistics(const CellStatistics& statistics, proto::Statistics& out) {
   out.set_projections(statistics.projections);
   out.set_occluders_skipped(statistics.occluders_skipped);
   out.set_box_tests(statistics.box_tests);
+  out.set_contradictions(statistics.contradictions);
+  if (statistics.methods == StatisticsByMethod{}) return;
+  for (const MethodStatistics& method : statistics.methods) {
+    proto::MethodStatistics& to = *out.add_methods();
+    to.set_hidden_objects(method.hidden_objects);
+    to.set_seen_objects(method.seen_objects);
+    to.set_hidden_triangles(method.hidden_triangles);
+    to.set_seen_triangles(method.seen_triangles);
+    to.set_work(method.work);
+    to.set_cpu_ms(method.cpu_ms);
+  }
 }
 
 }  // namespace
@@ -129,6 +146,8 @@ void pack(const ResultBegin& plain, proto::ResultBegin& message) {
     proto::Delta& out = *message.add_deltas();
     pack_key(delta.key, *out.mutable_key());
     out.set_hidden_bytes(delta.hidden_bytes);
+    out.set_seen_bytes(delta.seen_bytes);
+    out.set_point_triangles(delta.point_triangles);
     pack_statistics(delta.statistics, *out.mutable_statistics());
   }
 }

@@ -58,15 +58,30 @@ bool unpack_cell(const proto::Cell& in, Cell& out) {
 
 bool unpack_settings(const proto::EvaluatorSettings& in, EvaluatorSettings& out) {
   if (!proto::Raster_IsValid(in.raster()) || in.resolution_px() > 1024 ||
-      in.planes_per_face() > 16 || !std::isfinite(in.extent()) || !std::isfinite(in.near_m()))
+      in.planes_per_face() > 16 || in.item_buffer_px() > 1024 || !std::isfinite(in.extent()) ||
+      !std::isfinite(in.near_m()) || !std::isfinite(in.gap()) || !std::isfinite(in.time_ms()))
     return false;
   out.raster = in.raster() == proto::RASTER_OSMESA ? RasterKind::kOsmesa : RasterKind::kDirect;
   out.resolution_px = static_cast<int>(in.resolution_px());
   out.planes_per_face = static_cast<int>(in.planes_per_face());
   out.extent = in.extent();
   out.near_m = in.near_m();
-  return out.resolution_px >= 64 && out.planes_per_face >= 1 && out.extent >= 0.25 &&
-         out.extent <= 4 && out.near_m >= 0;
+  out.methods = Methods::from_bits(in.methods());
+  out.gap = in.gap();
+  out.max_rays = in.max_rays();
+  out.time_ms = in.time_ms();
+  out.item_buffer_px = static_cast<int>(in.item_buffer_px());
+  out.budget_triangles = in.budget_triangles();
+  // A method that this program does not know cannot be left out quietly.
+  return out.methods.bits() == in.methods() && out.resolution_px >= 64 &&
+         out.planes_per_face >= 1 && out.extent >= 0.25 && out.extent <= 4 && out.near_m >= 0 &&
+         out.gap >= 0 && out.gap <= 1 && out.time_ms >= 0 && out.item_buffer_px >= 32;
+}
+
+bool unpack_method(const proto::MethodStatistics& in, MethodStatistics& out) {
+  out = {in.hidden_objects(), in.seen_objects(), in.hidden_triangles(),
+         in.seen_triangles(), in.work(),         in.cpu_ms()};
+  return std::isfinite(out.cpu_ms) && out.cpu_ms >= 0;
 }
 
 bool unpack_statistics(const proto::Statistics& in, CellStatistics& out) {
@@ -76,6 +91,10 @@ bool unpack_statistics(const proto::Statistics& in, CellStatistics& out) {
   out.projections = in.projections();
   out.occluders_skipped = in.occluders_skipped();
   out.box_tests = in.box_tests();
+  out.contradictions = in.contradictions();
+  if (in.methods_size() != 0 && in.methods_size() != kMethodCount) return false;
+  for (int i = 0; i < in.methods_size(); ++i)
+    if (!unpack_method(in.methods(i), out.methods[static_cast<std::size_t>(i)])) return false;
   return std::isfinite(out.cpu_ms) && out.cpu_ms >= 0;
 }
 
@@ -191,10 +210,12 @@ Status unpack(const proto::ResultBegin& in, ResultBegin& out) {
   for (const proto::Delta& delta : in.deltas()) {
     DeltaHead& to = out.deltas.emplace_back();
     to.hidden_bytes = delta.hidden_bytes();
-    if (to.hidden_bytes > kMaxResultBytes || !unpack_key(delta.key(), to.key) ||
-        !unpack_statistics(delta.statistics(), to.statistics))
+    to.seen_bytes = delta.seen_bytes();
+    to.point_triangles = delta.point_triangles();
+    if (to.hidden_bytes > kMaxResultBytes || to.seen_bytes > kMaxResultBytes ||
+        !unpack_key(delta.key(), to.key) || !unpack_statistics(delta.statistics(), to.statistics))
       return refused("RESULT with a damaged delta");
-    sum += to.hidden_bytes;
+    sum += to.hidden_bytes + to.seen_bytes;
   }
   if (sum != out.bytes) return refused("RESULT whose sizes do not add up");
   return {};

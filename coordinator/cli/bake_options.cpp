@@ -59,6 +59,7 @@ void print_json(const std::string& output, const BakeSummary& s) {
                                     {"cells", s.cells},
                                     {"leaves", s.leaves},
                                     {"quarantined", s.quarantined},
+                                    {"disagreements", s.disagreements},
                                     {"contradictions", s.contradictions},
                                     {"evaluated", s.evaluated},
                                     {"resumed", s.resumed},

@@ -7,11 +7,13 @@
 #include <cerrno>
 #include <cstring>
 
+#include "coordinator/journal/row_bytes.hpp"
+
 namespace pvsfarm {
 namespace {
 
 constexpr int kApplicationId = 0x5056534a;  // "PVSJ"
-constexpr int kFormatVersion = 1;
+constexpr int kFormatVersion = 2;
 
 // SQLite compares blobs as bytes: this makes its order that of CellKey.
 using KeyBytes = std::array<std::uint8_t, 13>;
@@ -54,14 +56,9 @@ struct Use {
 constexpr const char* kSchema =
     "CREATE TABLE meta(name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;"
     "CREATE TABLE results(key BLOB PRIMARY KEY, digest BLOB NOT NULL, hidden BLOB NOT NULL,"
-    " cpu_ms REAL NOT NULL, planes INTEGER NOT NULL, candidates INTEGER NOT NULL,"
-    " projections INTEGER NOT NULL, skipped INTEGER NOT NULL, box_tests INTEGER NOT NULL);";
+    " seen BLOB NOT NULL, point_triangles INTEGER NOT NULL, statistics BLOB NOT NULL);";
 
 }  // namespace
-
-Digest delta_digest(const CellKey& key, std::span<const std::byte> hidden) {
-  return DigestBuilder().add_u64(key.root).add_u64(key.path).add(hidden).finish();
-}
 
 struct Journal::State {
   std::string path;
@@ -203,11 +200,10 @@ Result<std::unique_ptr<Journal>> Journal::open(const std::string& path,
   const std::pair<Statement*, const char*> statements[] = {
       {&state->begin_all, "BEGIN IMMEDIATE"},
       {&state->commit_all, "COMMIT"},
-      {&state->insert, "INSERT INTO results VALUES(?,?,?,?,?,?,?,?,?)"},
+      {&state->insert, "INSERT INTO results VALUES(?,?,?,?,?,?)"},
       {&state->find, "SELECT digest FROM results WHERE key=?"},
       {&state->select,
-       "SELECT key,digest,hidden,cpu_ms,planes,candidates,projections,skipped,"
-       "box_tests FROM results ORDER BY key"},
+       "SELECT key,digest,hidden,seen,point_triangles,statistics FROM results ORDER BY key"},
       {&state->set_meta, "INSERT OR REPLACE INTO meta VALUES(?,?)"},
       {&state->get_meta, "SELECT value FROM meta WHERE name=?"}};
   for (const auto& [statement, sql] : statements) {
@@ -245,17 +241,17 @@ Status Journal::append(const ResultRow& row) {
   if (Status s = state_->begin(); !s) return s;
   Use use(state_->insert);
   const KeyBytes key = key_bytes(row.key);
-  const Digest digest = delta_digest(row.key, row.hidden);
-  const CellStatistics& statistics = row.statistics;
-  sqlite3_bind_blob(use.handle, 1, key.data(), key.size(), SQLITE_STATIC);
-  sqlite3_bind_blob(use.handle, 2, digest.bytes.data(), 32, SQLITE_STATIC);
-  sqlite3_bind_blob64(use.handle, 3, row.hidden.data(), row.hidden.size(), SQLITE_STATIC);
-  sqlite3_bind_double(use.handle, 4, statistics.cpu_ms);
-  sqlite3_bind_int64(use.handle, 5, statistics.planes);
-  sqlite3_bind_int64(use.handle, 6, statistics.occluder_candidates);
-  sqlite3_bind_int64(use.handle, 7, statistics.projections);
-  sqlite3_bind_int64(use.handle, 8, statistics.occluders_skipped);
-  sqlite3_bind_int64(use.handle, 9, statistics.box_tests);
+  const Digest digest = delta_digest(row);
+  const std::vector<std::byte> statistics = encode(row.statistics);
+  const auto bind = [&](int column, std::span<const std::byte> blob) {
+    sqlite3_bind_blob64(use.handle, column, blob.data(), blob.size(), SQLITE_STATIC);
+  };
+  bind(1, std::as_bytes(std::span(key)));
+  bind(2, std::as_bytes(std::span(digest.bytes)));
+  bind(3, row.hidden);
+  bind(4, row.seen);
+  sqlite3_bind_int64(use.handle, 5, static_cast<sqlite3_int64>(row.point_triangles));
+  bind(6, statistics);
   if (sqlite3_step(use.handle) != SQLITE_DONE) return state_->error();
   ++state_->uncommitted;
   ++state_->rows;
@@ -290,23 +286,18 @@ Status Journal::for_each(const std::function<Status(ResultRow)>& visit) const {
       const auto* first = static_cast<const std::byte*>(sqlite3_column_blob(use.handle, column));
       return std::span(first, static_cast<std::size_t>(sqlite3_column_bytes(use.handle, column)));
     };
-    const auto number = [&](int column) {
-      return static_cast<std::uint32_t>(sqlite3_column_int64(use.handle, column));
+    const auto copy = [&](int column) {
+      return std::vector<std::byte>(blob(column).begin(), blob(column).end());
     };
     const auto key = key_from(reinterpret_cast<const std::uint8_t*>(blob(0).data()),
                               sqlite3_column_bytes(use.handle, 0));
-    const std::span<const std::byte> hidden = blob(2);
+    const auto points = static_cast<std::uint64_t>(sqlite3_column_int64(use.handle, 4));
+    ResultRow row{key.value_or(CellKey{}), copy(2), copy(3), points, {}};
     const auto digest = blob(1);
     if (!key || digest.size() != 32 ||
-        std::memcmp(delta_digest(*key, hidden).bytes.data(), digest.data(), 32) != 0)
+        std::memcmp(delta_digest(row).bytes.data(), digest.data(), 32) != 0 ||
+        !decode_statistics(blob(5), row.statistics))
       return invalid_input(state_->path + ": damaged row; give --fresh to discard the journal");
-    ResultRow row{*key, {hidden.begin(), hidden.end()}, {}};
-    row.statistics = {sqlite3_column_double(use.handle, 3),
-                      number(4),
-                      number(5),
-                      number(6),
-                      number(7),
-                      number(8)};
     if (Status s = visit(std::move(row)); !s) return s;
   }
 }

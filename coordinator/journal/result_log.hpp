@@ -15,12 +15,14 @@ namespace pvsfarm {
 // The merged result of one cell: what the final store is made from.
 struct ResultRow {
   CellKey key;
-  std::vector<std::byte> hidden;  // canonical bytes of the delta's set
+  std::vector<std::byte> hidden, seen;  // canonical bytes of the delta's sets
+  std::uint64_t point_triangles = 0;
   CellStatistics statistics;
 };
 
-// The identity of a delta: of our own bytes, never of Protobuf's.
-Digest delta_digest(const CellKey& key, std::span<const std::byte> hidden);
+// The identity of a delta: of cell, sets and point_triangles, never of what it cost, and of our own
+// bytes, never of Protobuf's.
+Digest delta_digest(const ResultRow& row);
 
 class ResultLog {
  public:

@@ -2,12 +2,21 @@
 
 namespace pvsfarm {
 
+Result<CellDelta> decode_row(const ResultRow& row, std::uint32_t object_count) {
+  Result<VisibleSet> hidden = decode_visible_set(row.hidden, object_count);
+  if (!hidden) return hidden.error();
+  Result<VisibleSet> seen = decode_visible_set(row.seen, object_count);
+  if (!seen) return seen.error();
+  return CellDelta{row.key, std::move(*hidden), std::move(*seen), row.point_triangles,
+                   row.statistics};
+}
+
 Result<MergeAnswer> Merger::apply(const ResultRow& row) {
   if (tree_.is_open(row.key)) return merge_open(row, true);
   const Result<std::optional<Digest>> before = log_.find(row.key);
   if (!before) return before.error();
   if (!before->has_value()) return MergeAnswer{.outcome = MergeOutcome::kStale};
-  const bool same = **before == delta_digest(row.key, row.hidden);
+  const bool same = **before == delta_digest(row);
   return MergeAnswer{.outcome = same ? MergeOutcome::kDuplicate : MergeOutcome::kMismatch};
 }
 
@@ -18,17 +27,17 @@ Result<MergeAnswer> Merger::replay(const ResultRow& row) {
 }
 
 Result<MergeAnswer> Merger::merge_open(const ResultRow& row, bool append) {
-  const Result<VisibleSet> hidden = decode_visible_set(row.hidden, tree_.object_count());
-  if (!hidden) return hidden.error();
-  if (encode(*hidden) != row.hidden)
+  Result<CellDelta> delta = decode_row(row, tree_.object_count());
+  if (!delta) return delta.error();
+  if (encode(delta->hidden) != row.hidden || encode(delta->seen) != row.seen)
     return invalid_input("delta whose bytes are not in canonical form");
-  const Result<Tree::Merged> merged = tree_.merge(row.key, *hidden);
+  const Result<Tree::Merged> merged = tree_.merge(*delta);
   if (!merged) return merged.error();
   if (append) {
     if (Status status = log_.append(row); !status)
       return Error{ErrorKind::kIo, status.error().text};
   }
-  return MergeAnswer{MergeOutcome::kMerged, merged->split, merged->visible.count(),
+  return MergeAnswer{MergeOutcome::kMerged, merged->split(), merged->visible.count(),
                      merged->triangles};
 }
 

@@ -24,6 +24,9 @@ struct MergeAnswer {
   std::uint64_t triangles = 0;
 };
 
+// Errors: kInvalidInput (bytes that are no sets of so many objects).
+Result<CellDelta> decode_row(const ResultRow& row, std::uint32_t object_count);
+
 class Merger {
  public:
   // `tree` and `log` outlive the merger.

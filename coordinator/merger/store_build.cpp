@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "common/base/check.hpp"
+#include "coordinator/merger/merger.hpp"
 
 namespace pvsfarm {
 
@@ -33,10 +34,13 @@ Status StoreBuild::emit(const Expected& expected, const ResultRow* row) {
                  .visible = expected.parent,
                  .seen = VisibleSet::none(tree_.object_count())};
   if (row != nullptr) {
-    const Result<VisibleSet> hidden = decode_visible_set(row->hidden, tree_.object_count());
-    if (!hidden) return hidden.error();
-    node.visible.remove_all(*hidden);
-    node.leaf = !tree_.splits(node.key, node.cell, node.visible);
+    Result<CellDelta> delta = decode_row(*row, tree_.object_count());
+    if (!delta) return delta.error();
+    node.visible.remove_all(delta->hidden);
+    node.seen = std::move(delta->seen);
+    node.leaf = leaf_reason({node.cell, node.key.depth(), tree_.triangles(node.visible),
+                             row->point_triangles},
+                            tree_.subdivision()) != LeafReason::kNone;
   }
   if (Status status = writer_.add(node); !status) return status;
 
@@ -48,6 +52,7 @@ Status StoreBuild::emit(const Expected& expected, const ResultRow* row) {
   ++figures_.nodes;
   figures_.cpu_ms += ms;
   if (row == nullptr) ++figures_.quarantined;
+  if (row != nullptr) figures_.contradictions += row->statistics.contradictions;
   if (node.leaf) {
     ++figures_.leaves;
     figures_.leaf_objects += node.visible.count();

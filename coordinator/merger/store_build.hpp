@@ -16,6 +16,7 @@ struct StoreFigures {
   std::uint64_t nodes = 0, leaves = 0, quarantined = 0;
   std::uint64_t leaf_objects = 0, leaf_triangles = 0;  // summed over the leaves
   double cpu_ms = 0;                                   // of all evaluations
+  std::uint64_t contradictions = 0;                    // that the evaluations reported
 };
 
 class StoreBuild {

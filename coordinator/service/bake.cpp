@@ -118,6 +118,7 @@ Status write_store(const Running& running, const BakeJob& job, const Digest& bak
   summary.cells = figures.nodes;
   summary.leaves = figures.leaves;
   summary.quarantined = figures.quarantined;
+  summary.contradictions = figures.contradictions;
   summary.mean_objects = static_cast<double>(figures.leaf_objects) / leaves;
   summary.mean_triangles = static_cast<double>(figures.leaf_triangles) / leaves;
   summary.culled_percent = all > 0 ? 100 * (1 - summary.mean_triangles / all) : 0;
@@ -176,7 +177,7 @@ Status run_farm(const BakeJob& job, const FarmOptions& farm, const BakeObserver&
       if (Status late = desk.receive(received->peer, received->decoded, loop.now()); !late) break;
   }
   running.kernel = desk.pinned_kernel();
-  summary.contradictions = desk.contradictions();
+  summary.disagreements = desk.disagreements();
   summary.workers = desk.sessions_seen();
   summary.evaluated = running.journal->row_count() - running.resumed;
   return status;

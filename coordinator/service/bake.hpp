@@ -36,7 +36,9 @@ struct BakeObserver {
 
 struct BakeSummary {
   bool already_baked = false;
-  std::uint64_t cells = 0, leaves = 0, quarantined = 0, contradictions = 0;
+  std::uint64_t cells = 0, leaves = 0, quarantined = 0;
+  std::uint64_t disagreements = 0;   // cells that two workers answered differently
+  std::uint64_t contradictions = 0;  // objects that a witness showed after a certificate hid them
   std::uint64_t evaluated = 0, resumed = 0;                         // in this run, from the journal
   double mean_objects = 0, mean_triangles = 0, culled_percent = 0;  // over the leaves
   std::uint64_t file_bytes = 0;

@@ -72,6 +72,9 @@ class Desk {
   const std::string& pinned_kernel() const { return settings_.pinned_kernel; }
   std::size_t session_count() const { return sessions_.size(); }
   std::uint64_t sessions_seen() const { return last_worker_; }
+  // Cells of which a second result had other bytes than the first.
+  std::uint64_t disagreements() const { return disagreements_; }
+  // Objects that a witness showed although a certificate hid them, of the results since the start.
   std::uint64_t contradictions() const { return contradictions_; }
   const std::vector<CellKey>& given_up() const { return given_up_; }
   StatusReport status(Millis now);
@@ -112,6 +115,7 @@ class Desk {
   void on_chunk(Session& session, const ResultChunk& chunk);
   Status on_end(const std::string& peer, Session& session, const ResultEnd& end, Millis now);
   Status merge_all(const std::string& peer, Session& session, const Incoming& result, Millis now);
+  void note_contradictions(const Session& session, const ResultRow& row);
   void note_merged(const ResultRow& row, const MergeAnswer& answer);
   void on_failed(const Session& session, const TaskFailed& failed);
   void on_blob_get(const std::string& peer, const BlobGet& get);
@@ -142,7 +146,7 @@ class Desk {
   std::size_t incoming_bytes_ = 0;
   std::uint64_t last_worker_ = 0;
   std::uint64_t result_bytes_ = 0;
-  std::uint64_t contradictions_ = 0;
+  std::uint64_t disagreements_ = 0, contradictions_ = 0;
   bool leasing_ = true;
   bool drain_asked_ = false, cancel_asked_ = false;
 };

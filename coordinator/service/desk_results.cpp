@@ -37,7 +37,7 @@ void Desk::note_merged(const ResultRow& row, const MergeAnswer& answer) {
   const int depth = row.key.depth();
   board_.complete(row.key, row.statistics.cpu_ms);
   estimate_.done({depth, row.statistics.cpu_ms, answer.split, true});
-  result_bytes_ += row.hidden.size();
+  result_bytes_ += row.hidden.size() + row.seen.size();
   if (!answer.split) return;
   for (const int half : {0, 1}) {
     board_.add(row.key.child(half));
@@ -45,15 +45,29 @@ void Desk::note_merged(const ResultRow& row, const MergeAnswer& answer) {
   }
 }
 
+// The evaluator kept those objects visible, so the result stands; but a certificate was wrong.
+void Desk::note_contradictions(const Session& session, const ResultRow& row) {
+  if (row.statistics.contradictions == 0) return;
+  contradictions_ += row.statistics.contradictions;
+  warn("A WITNESS REFUTES A CERTIFICATE: cell " + std::to_string(row.key.root) + "/" +
+       std::to_string(row.key.path) + ", " + std::to_string(row.statistics.contradictions) +
+       " objects, by worker " + session.hello.host + ":" + std::to_string(session.hello.pid) +
+       "; they stay visible, but this is a bug of pvsfarm: please report it");
+}
+
 Status Desk::merge_all(const std::string& peer, Session& session, const Incoming& result,
                        Millis now) {
   ResultOutcome outcome = ResultOutcome::kDuplicate;
   std::size_t offset = 0;
   for (const DeltaHead& head : result.head.deltas) {
-    ResultRow row{head.key, {}, head.statistics};
-    const auto first = result.data.begin() + static_cast<std::ptrdiff_t>(offset);
-    row.hidden.assign(first, first + static_cast<std::ptrdiff_t>(head.hidden_bytes));
-    offset += head.hidden_bytes;
+    ResultRow row{
+        .key = head.key, .point_triangles = head.point_triangles, .statistics = head.statistics};
+    const std::span<const std::byte> rest = std::span(result.data).subspan(offset);
+    const auto hidden = rest.first(head.hidden_bytes);
+    const auto seen = rest.subspan(head.hidden_bytes, head.seen_bytes);
+    row.hidden.assign(hidden.begin(), hidden.end());
+    row.seen.assign(seen.begin(), seen.end());
+    offset += head.hidden_bytes + head.seen_bytes;
     const bool first_of_batch = log_.uncommitted() == 0;
     const Result<MergeAnswer> answer = merger_.apply(row);
     if (!answer) {
@@ -66,6 +80,7 @@ Status Desk::merge_all(const std::string& peer, Session& session, const Incoming
     }
     switch (answer->outcome) {
       case MergeOutcome::kMerged:
+        note_contradictions(session, row);
         if (first_of_batch) oldest_uncommitted_ = now;
         note_merged(row, *answer);
         ++session.cells_done;
@@ -77,7 +92,7 @@ Status Desk::merge_all(const std::string& peer, Session& session, const Incoming
         if (outcome != ResultOutcome::kMismatch) outcome = ResultOutcome::kStale;
         break;
       case MergeOutcome::kMismatch:
-        ++contradictions_;
+        ++disagreements_;
         outcome = ResultOutcome::kMismatch;
         warn("two workers disagree on cell " + std::to_string(row.key.root) + "/" +
              std::to_string(row.key.path) + "; the first result stays");

@@ -44,12 +44,21 @@ std::uint64_t Tree::triangles(const VisibleSet& visible) const {
   return sum;
 }
 
-bool Tree::splits(const CellKey& key, const Cell& cell, const VisibleSet& visible) const {
-  if (subdivision_.budget_triangles == 0 || key.depth() >= kMaxDepth) return false;
+LeafReason leaf_reason(const CellFigures& figures, const SubdivisionSettings& settings) {
+  const std::uint64_t pvs = figures.triangles, point = figures.point_triangles;
+  if (settings.budget_triangles == 0) return LeafReason::kNoBudget;
+  if (pvs <= settings.budget_triangles) return LeafReason::kBudgetMet;
+  const Cell& cell = figures.cell;
   const int axis = cell.longest_axis();
-  if (cell.hi[axis] - cell.lo[axis] < 2 * subdivision_.min_cell_m || !can_split(cell, axis))
-    return false;
-  return triangles(visible) > subdivision_.budget_triangles;
+  if (figures.depth >= kMaxDepth || cell.hi[axis] - cell.lo[axis] < 2 * settings.min_cell_m ||
+      !can_split(cell, axis))
+    return LeafReason::kTooSmall;
+  // Whatever part holds that viewpoint stays over the budget.
+  if (point > settings.budget_triangles) return LeafReason::kPointOverBudget;
+  const double rest = point < pvs ? static_cast<double>(pvs - point) : 0;
+  if (point > 0 && rest <= settings.split_gain * static_cast<double>(pvs))
+    return LeafReason::kNothingToGain;
+  return LeafReason::kNone;
 }
 
 std::vector<CellKey> Tree::open_cells() const {
@@ -74,20 +83,25 @@ VisibleSet Tree::decoded_parent(const CellKey& key) const {
   return std::move(set).value();
 }
 
-Result<Tree::Merged> Tree::merge(const CellKey& key, const VisibleSet& hidden) {
+Result<Tree::Merged> Tree::merge(const CellDelta& delta) {
+  const CellKey& key = delta.key;
   Merged merged{.visible = decoded_parent(key)};
-  if (hidden.universe() != object_count())
-    return invalid_input("delta over " + std::to_string(hidden.universe()) +
-                         " objects, scene has " + std::to_string(object_count()));
-  if (!hidden.subset_of(merged.visible))
+  for (const VisibleSet* set : {&delta.hidden, &delta.seen})
+    if (set->universe() != object_count())
+      return invalid_input("delta over " + std::to_string(set->universe()) +
+                           " objects, scene has " + std::to_string(object_count()));
+  if (!delta.hidden.subset_of(merged.visible))
     return invalid_input("delta hides objects that the parent's set does not hold");
-  merged.visible.remove_all(hidden);
+  merged.visible.remove_all(delta.hidden);
+  if (!delta.seen.subset_of(merged.visible))
+    return invalid_input("delta has seen objects that the cell's set does not hold");
   const std::optional<Cell> box = cell(key);
   PVS_CHECK(box.has_value());
   merged.triangles = triangles(merged.visible);
-  merged.split = splits(key, *box, merged.visible);
+  merged.reason =
+      leaf_reason({*box, key.depth(), merged.triangles, delta.point_triangles}, subdivision_);
   open_.erase(key);
-  if (merged.split) {
+  if (merged.split()) {
     const auto bytes = std::make_shared<const std::vector<std::byte>>(encode(merged.visible));
     for (const int half : {0, 1}) open_.emplace(key.child(half), bytes);
   }

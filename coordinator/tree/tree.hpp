@@ -17,6 +17,8 @@
 #include "common/base/ids.hpp"
 #include "common/base/result.hpp"
 #include "common/cells/cell.hpp"
+#include "common/pvs/delta.hpp"
+#include "common/pvs/leaf_reason.hpp"
 #include "common/pvs/settings.hpp"
 #include "common/pvs/visible_set.hpp"
 #include "common/scene/scene.hpp"
@@ -40,6 +42,18 @@ struct TreeScene {
   static TreeScene of(const Scene& scene);
 };
 
+// What the stopping rule looks at: nothing that a resumed bake would not know.
+struct CellFigures {
+  Cell cell;
+  int depth = 0;
+  std::uint64_t triangles = 0;        // of its PVS
+  std::uint64_t point_triangles = 0;  // of the viewpoint that sees the most; 0: not known
+};
+
+// The stopping rule: kNone if the cell is to be split, else what stands against it.
+// Source: theory G. Samples steer it; soundness does not depend on any of it.
+LeafReason leaf_reason(const CellFigures& figures, const SubdivisionSettings& settings);
+
 // A parent's PVS in canonical bytes; null: every occludee.
 using SharedSet = std::shared_ptr<const std::vector<std::byte>>;
 
@@ -53,8 +67,7 @@ class Tree {
 
   // The box of a node; none if the key names no node that splitting could make.
   std::optional<Cell> cell(const CellKey& key) const;
-  // Whether a cell with this PVS is to be split; depends on nothing else.
-  bool splits(const CellKey& key, const Cell& cell, const VisibleSet& visible) const;
+  const SubdivisionSettings& subdivision() const { return subdivision_; }
   std::uint64_t triangles(const VisibleSet& visible) const;
 
   bool is_open(const CellKey& key) const { return open_.count(key) != 0; }
@@ -67,11 +80,13 @@ class Tree {
   struct Merged {
     VisibleSet visible;  // the PVS
     std::uint64_t triangles = 0;
-    bool split = false;  // its two children are open now
+    LeafReason reason = LeafReason::kNone;
+    bool split() const { return reason == LeafReason::kNone; }  // its two children are open now
   };
   // Closes an open cell: PVS = parent's PVS minus `hidden`. Requires: the cell is open.
-  // Errors: kInvalidInput, and nothing is changed, if `hidden` is not a subset of the parent's PVS.
-  Result<Merged> merge(const CellKey& key, const VisibleSet& hidden);
+  // Errors: kInvalidInput, and nothing is changed, if `hidden` is not a subset of the parent's PVS,
+  // or `seen` not one of the cell's own.
+  Result<Merged> merge(const CellDelta& delta);
   // Closes an open cell that nobody could evaluate: a leaf with its parent's PVS.
   void give_up(const CellKey& key);
 

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "coordinator/journal/journal.hpp"
+#include "coordinator/journal/row_bytes.hpp"
 #include "coordinator/merger/merger.hpp"
 
 namespace pvsfarm {
@@ -27,7 +28,15 @@ class JournalTest : public testing::Test {
   static ResultRow row(const CellKey& key, std::uint32_t hidden) {
     VisibleSet set = VisibleSet::all(64);
     set.remove_range(hidden, 64 - hidden);
-    return {key, encode(set), {.cpu_ms = 0.5 + hidden, .planes = hidden, .box_tests = 7}};
+    VisibleSet seen = VisibleSet::none(64);
+    if (hidden < 60) {
+      seen = VisibleSet::all(64);
+      seen.remove_range(0, hidden + 4);
+    }
+    CellStatistics statistics{.cpu_ms = 0.5 + hidden, .planes = hidden, .box_tests = 7};
+    statistics.contradictions = hidden;
+    statistics.methods[2] = {.seen_objects = 60 - hidden, .work = 1ull << 40, .cpu_ms = 0.25};
+    return {key, encode(set), encode(seen), 1000ull + hidden, statistics};
   }
   std::vector<ResultRow> rows(const Journal& journal) {
     std::vector<ResultRow> out;
@@ -44,6 +53,29 @@ class JournalTest : public testing::Test {
 
 }  // namespace
 
+TEST(RowBytes, no_byte_can_move_from_one_set_to_the_other) {
+  const std::byte a{1}, b{2};
+  const ResultRow left{.key = {0, 1}, .hidden = {a, b}},
+      right{.key = {0, 1}, .hidden = {a}, .seen = {b}};
+  EXPECT_NE(delta_digest(left), delta_digest(right));
+}
+
+TEST(RowBytes, statistics_cut_short_or_followed_by_more_are_refused) {
+  CellStatistics statistics{.cpu_ms = 3.5, .planes = 4'000'000'000};
+  statistics.methods[4] = {.hidden_triangles = ~0ull, .cpu_ms = 1e300};
+  std::vector<std::byte> bytes = encode(statistics);
+  CellStatistics back;
+  ASSERT_TRUE(decode_statistics(bytes, back));
+  EXPECT_EQ(back.planes, 4'000'000'000u);
+  EXPECT_TRUE(back.methods == statistics.methods);
+  for (std::size_t size = 0; size < bytes.size(); ++size)
+    EXPECT_FALSE(decode_statistics(std::span(bytes).first(size), back)) << size;
+  bytes.push_back(std::byte{0});
+  EXPECT_FALSE(decode_statistics(bytes, back));
+  bytes.assign(bytes.size() - 1, std::byte{0xff});  // not a number, and numbers without an end
+  EXPECT_FALSE(decode_statistics(bytes, back));
+}
+
 TEST_F(JournalTest, rows_come_back_in_canonical_order) {
   const std::vector<CellKey> keys{{0, 1}, {0, 2}, {0, 4}, {0, 5}, {0, 3}, {1, 1}, {300, 1}};
   {
@@ -58,9 +90,14 @@ TEST_F(JournalTest, rows_come_back_in_canonical_order) {
   ASSERT_EQ(back.size(), keys.size());
   for (std::size_t i = 0; i < keys.size(); ++i) {
     EXPECT_EQ(back[i].key, keys[i]);
-    EXPECT_EQ(back[i].hidden, row(keys[i], static_cast<std::uint32_t>(i)).hidden);
+    const ResultRow written = row(keys[i], static_cast<std::uint32_t>(i));
+    EXPECT_EQ(back[i].hidden, written.hidden);
+    EXPECT_EQ(back[i].seen, written.seen);
+    EXPECT_EQ(back[i].point_triangles, written.point_triangles);
     EXPECT_EQ(back[i].statistics.cpu_ms, 0.5 + static_cast<double>(i));
     EXPECT_EQ(back[i].statistics.box_tests, 7u);
+    EXPECT_EQ(back[i].statistics.contradictions, i);
+    EXPECT_TRUE(back[i].statistics.methods == written.statistics.methods);
   }
 }
 
@@ -150,9 +187,24 @@ TEST_F(JournalTest, the_merger_merges_once_and_tells_copies_from_contradictions)
   ResultRow foreign = row({0, 1}, 3);
   foreign.hidden = encode(VisibleSet::all(65));
   EXPECT_FALSE(merger.apply(foreign).ok());
+  ResultRow two_minds = row({0, 1}, 3);
+  two_minds.seen = encode(VisibleSet::all(64));  // three of them are hidden
+  EXPECT_EQ(merger.apply(two_minds).error().kind, ErrorKind::kInvalidInput);
+  ResultRow blind = row({0, 1}, 3);
+  blind.seen.clear();
+  EXPECT_EQ(merger.apply(blind).error().kind, ErrorKind::kInvalidInput);
   EXPECT_EQ(merger.apply(row({0, 1}, 3)).value().outcome, MergeOutcome::kMerged);
   EXPECT_EQ(merger.apply(row({0, 1}, 3)).value().outcome, MergeOutcome::kDuplicate);
   EXPECT_EQ(merger.apply(row({0, 1}, 4)).value().outcome, MergeOutcome::kMismatch);
+  ResultRow slower = row({0, 1}, 3);
+  slower.statistics = {};
+  EXPECT_EQ(merger.apply(slower).value().outcome, MergeOutcome::kDuplicate);
+  ResultRow seeing_less = row({0, 1}, 3);
+  seeing_less.seen = encode(VisibleSet::none(64));
+  EXPECT_EQ(merger.apply(seeing_less).value().outcome, MergeOutcome::kMismatch);
+  ResultRow other_point = row({0, 1}, 3);
+  other_point.point_triangles += 1;
+  EXPECT_EQ(merger.apply(other_point).value().outcome, MergeOutcome::kMismatch);
   EXPECT_EQ(merger.apply(row({0, 2}, 3)).value().outcome, MergeOutcome::kStale);
   EXPECT_EQ(merger.apply(row({9, 1}, 3)).value().outcome, MergeOutcome::kStale);
   EXPECT_EQ(journal->row_count(), 1u);

@@ -39,9 +39,10 @@ Hello some_hello() {
 
 std::vector<Message> one_of_each() {
   const Digest digest = digest_of(some_bytes(3));
-  ResultBegin begin{.lease = LeaseId{5}, .bytes = 30};
-  begin.deltas.push_back({CellKey{1, 1}, 10, {.cpu_ms = 1.5, .planes = 3}});
-  begin.deltas.push_back({CellKey{1, 2}, 20, {.box_tests = 9}});
+  ResultBegin begin{.lease = LeaseId{5}, .bytes = 37};
+  begin.deltas.push_back({CellKey{1, 1}, 10, 7, 1234, {.cpu_ms = 1.5, .planes = 3}});
+  begin.deltas.push_back({CellKey{1, 2}, 20, 0, 0, {.box_tests = 9, .contradictions = 2}});
+  begin.deltas[1].statistics.methods[3] = {.hidden_objects = 4, .work = 1ull << 33, .cpu_ms = 2};
   StatusReport status{.output = "a.pvs", .state = "running", .cells_done = 5};
   status.workers.push_back({"host", 12, 5, 1, 20, 1 << 20});
   return {some_hello(),
@@ -109,6 +110,38 @@ TEST(Wire, a_task_keeps_its_cells_bit_for_bit) {
   EXPECT_EQ(back.parents[1].set, task.parents[1].set);
 }
 
+TEST(Wire, every_setting_reaches_the_worker) {
+  const EvaluatorSettings settings{.raster = RasterKind::kOsmesa,
+                                   .resolution_px = 128,
+                                   .planes_per_face = 3,
+                                   .extent = 0.75,
+                                   .near_m = 0.1,
+                                   .methods = {Method::kLookAround, Method::kFineProjection},
+                                   .gap = 0.25,
+                                   .max_rays = 1ull << 40,
+                                   .time_ms = 12.5,
+                                   .item_buffer_px = 64,
+                                   .budget_triangles = 1ull << 50};
+  const Frames frames = encode({}, Welcome{.settings = settings});
+  const auto decoded = decode(view(frames.header), view(frames.body)).value();
+  EXPECT_EQ(std::get<Welcome>(decoded.message).settings, settings);
+}
+
+TEST(Wire, a_delta_keeps_what_was_seen_and_by_which_method) {
+  ResultBegin begin{.lease = LeaseId{5}, .bytes = 12};
+  begin.deltas.push_back({CellKey{1, 1}, 5, 7, 1ull << 40, {.contradictions = 3}});
+  StatisticsByMethod& methods = begin.deltas[0].statistics.methods;
+  for (std::uint32_t i = 0; i < kMethodCount; ++i)
+    methods[i] = {i, i + 10, 1ull << (33 + i), i + 20, i + 30, i + 0.5};
+  const Frames frames = encode({}, begin);
+  const auto decoded = decode(view(frames.header), view(frames.body)).value();
+  const DeltaHead back = std::get<ResultBegin>(decoded.message).deltas.at(0);
+  EXPECT_EQ(back.seen_bytes, 7u);
+  EXPECT_EQ(back.point_triangles, 1ull << 40);
+  EXPECT_EQ(back.statistics.contradictions, 3u);
+  EXPECT_TRUE(back.statistics.methods == methods);
+}
+
 TEST(Wire, every_truncation_and_every_flipped_bit_of_the_body_is_refused) {
   for (const Message& message : one_of_each()) {
     const Frames frames = encode({}, message);
@@ -160,7 +193,14 @@ TEST(Wire, values_out_of_range_are_refused) {
   idle.slots = 0;
   EXPECT_TRUE(refused(idle));
   EXPECT_TRUE(refused(Welcome{.settings = {.resolution_px = 4096}}));
-  EXPECT_TRUE(refused(ResultBegin{.bytes = 5, .deltas = {{CellKey{1, 1}, 4, {}}}}));
+  EXPECT_TRUE(refused(Welcome{.settings = {.item_buffer_px = 16}}));
+  EXPECT_TRUE(refused(Welcome{.settings = {.gap = 1.01}}));
+  EXPECT_TRUE(refused(Welcome{.settings = {.time_ms = -1}}));
+  EXPECT_TRUE(refused(ResultBegin{.bytes = 5, .deltas = {{CellKey{1, 1}, 4, 0, 0, {}}}}));
+  EXPECT_TRUE(refused(ResultBegin{.bytes = 5, .deltas = {{CellKey{1, 1}, 5, 1, 0, {}}}}));
+  ResultBegin negative{.bytes = 1, .deltas = {{CellKey{1, 1}, 1, 0, 0, {}}}};
+  negative.deltas[0].statistics.methods[0].cpu_ms = -1;
+  EXPECT_TRUE(refused(negative));
   EXPECT_TRUE(refused(BlobChunk{.offset = 9, .total_bytes = 10, .data = some_bytes(2)}));
 }
 

@@ -32,12 +32,19 @@ struct Compute::Shared {
   JobResult evaluate(const Task& task, const VisibleSet& everything, const EvaluateCell& evaluate);
 };
 
-namespace {
-
 double thread_cpu_ms() {
   timespec time{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
   return static_cast<double>(time.tv_sec) * 1e3 + static_cast<double>(time.tv_nsec) / 1e6;
+}
+
+namespace {
+
+// Appends a set's canonical bytes; their number.
+std::uint64_t append(const VisibleSet& set, Bytes& data) {
+  const Bytes bytes = encode(set);
+  data.insert(data.end(), bytes.begin(), bytes.end());
+  return bytes.size();
 }
 
 VisibleSet occludees_of(const Scene& scene) {
@@ -73,16 +80,16 @@ JobResult Compute::Shared::evaluate(const Task& task, const VisibleSet& everythi
     if (cancelled) break;
     const double before_ms = thread_cpu_ms();
     const CellDelta delta = evaluate_cell(cell.key, cell.cell, parents[cell.parent]);
-    DeltaHead head{cell.key, 0, delta.statistics};
+    DeltaHead head{
+        .key = cell.key, .point_triangles = delta.point_triangles, .statistics = delta.statistics};
     head.statistics.cpu_ms = thread_cpu_ms() - before_ms;
-    const std::vector<std::byte> hidden = encode(delta.hidden);
-    head.hidden_bytes = hidden.size();
-    answer.hidden.insert(answer.hidden.end(), hidden.begin(), hidden.end());
+    head.hidden_bytes = append(delta.hidden, answer.data);
+    head.seen_bytes = append(delta.seen, answer.data);
     answer.deltas.push_back(head);
     ++progress;
   }
   if (answer.deltas.empty()) return failed(task, FailureKind::kTransient, "cancelled");
-  if (answer.hidden.size() > kMaxResultBytes)
+  if (answer.data.size() > kMaxResultBytes)
     return failed(task, FailureKind::kDeterministic, "a result over its size limit");
   return answer;
 }

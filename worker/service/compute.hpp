@@ -23,6 +23,9 @@ using EvaluateCell = std::function<CellDelta(const CellKey&, const Cell&, const 
 using MakeEvaluator =
     std::function<EvaluateCell(std::shared_ptr<const Scene>, const EvaluatorSettings&)>;
 
+// Processor time of the calling thread.
+double thread_cpu_ms();
+
 // Threads: all members from one thread, the messenger's.
 class Compute {
  public:

@@ -190,15 +190,15 @@ void Messenger::finished(JobResult result) {
 void Messenger::offer(Kept& kept) {
   const JobResult& result = kept.result;
   kept.offer_again = now_ + kOfferAgain;
-  send(ResultBegin{result.lease, result.hidden.size(), result.deltas});
-  for (std::size_t offset = 0; offset < result.hidden.size(); offset += kChunkBytes) {
-    const std::size_t end = std::min(offset + kChunkBytes, result.hidden.size());
-    const auto first = result.hidden.begin();
+  send(ResultBegin{result.lease, result.data.size(), result.deltas});
+  for (std::size_t offset = 0; offset < result.data.size(); offset += kChunkBytes) {
+    const std::size_t end = std::min(offset + kChunkBytes, result.data.size());
+    const auto first = result.data.begin();
     send(ResultChunk{result.lease, offset,
                      Bytes(first + static_cast<std::ptrdiff_t>(offset),
                            first + static_cast<std::ptrdiff_t>(end))});
   }
-  send(ResultEnd{result.lease, digest_of(result.hidden)});
+  send(ResultEnd{result.lease, digest_of(result.data)});
 }
 
 void Messenger::on_ack(const ResultAck& ack) {

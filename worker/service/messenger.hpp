@@ -34,7 +34,7 @@ struct Job {
 struct JobResult {
   LeaseId lease{};
   std::vector<DeltaHead> deltas;
-  Bytes hidden;  // of all deltas, end to end
+  Bytes data;  // the sets of all deltas, end to end: of each the hidden one, then the seen one
   std::optional<TaskFailed> failure;
 };
 
