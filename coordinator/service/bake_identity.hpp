@@ -1,6 +1,7 @@
 // What a bake is: equal digests mean equal bytes of the store.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,9 @@ namespace pvsfarm {
 Digest bake_digest_of(const Digest& scene, const std::vector<RootCell>& roots,
                       const BakeSettings& settings);
 
-// For people, in one line; `kernel` may be "".
+// In one line, all of them; `kernel` may be "".
 std::string settings_json(const BakeSettings& settings, const std::string& kernel);
+// Exactly the settings that were written; none if `text` lacks one or holds what is none.
+std::optional<BakeSettings> settings_from_json(const std::string& text);
 
 }  // namespace pvsfarm
