@@ -1,48 +1,160 @@
 #include "worker/evaluator/evaluator.hpp"
 
+#include <algorithm>
+
 #include "common/base/check.hpp"
+#include "common/base/random.hpp"
 #include "worker/evaluator/projection_prover.hpp"
+#include "worker/visibility/sampler.hpp"
 
 namespace pvsfarm {
+namespace {
+
+// A parent's set this small is aimed at before anything is projected: most of it will be seen.
+constexpr std::uint32_t kFewObjects = 2048;
+constexpr std::uint64_t kFirstRays = 8;    // for each open object, the first time it is aimed at
+constexpr std::uint64_t kSecondRays = 64;  // and once all provers had their turn
+constexpr std::uint32_t kViewpoints = 4;   // that L_pt is looked for from
+constexpr int kFineFactor = 2;             // of resolution and planes
+constexpr int kSplits = 3, kFineSplits = 6;
+
+ProjectionEffort effort_of(const EvaluatorSettings& s) {
+  return {.raster = s.raster,
+          .resolution_px = s.resolution_px,
+          .planes_per_face = s.planes_per_face,
+          .extent = s.extent,
+          .near_m = s.near_m,
+          .splits = kSplits};
+}
+
+ProjectionEffort finer(ProjectionEffort effort) {
+  effort.resolution_px = std::min(kFineFactor * effort.resolution_px, kMaxResolutionPx);
+  effort.planes_per_face = std::min(kFineFactor * effort.planes_per_face, kMaxMaps / 6);
+  effort.splits = kFineSplits;
+  return effort;
+}
+
+// The cell's own stream of random numbers, whoever evaluates it and when.
+std::uint64_t seed_of(const CellKey& key) {
+  Random mixed(key.path ^ (static_cast<std::uint64_t>(key.root) << 32));
+  return mixed.next() ^ key.root;
+}
+
+bool wants_witnesses(const EvaluatorSettings& s) {
+  return s.max_rays > 0 &&
+         (s.methods.has(Method::kLookAround) || s.methods.has(Method::kAimedRays) ||
+          s.methods.has(Method::kItemBuffers));
+}
+
+}  // namespace
 
 struct Evaluator::State {
   State(std::shared_ptr<const Scene> the_scene, const EvaluatorSettings& the_settings,
         CpuClock the_clock)
-      : scene(std::move(the_scene)),
-        settings(the_settings),
-        clock(the_clock),
-        ranking(*scene),
-        projection(*scene, ranking,
-                   {.raster = settings.raster,
-                    .resolution_px = settings.resolution_px,
-                    .planes_per_face = settings.planes_per_face,
-                    .extent = settings.extent,
-                    .near_m = settings.near_m}) {}
+      : scene(std::move(the_scene)), settings(the_settings), clock(the_clock), ranking(*scene) {
+    if (settings.methods.has(Method::kProjection))
+      projection = std::make_unique<ProjectionProver>(*scene, ranking, effort_of(settings));
+    if (settings.methods.has(Method::kFineProjection))
+      fine = std::make_unique<ProjectionProver>(*scene, ranking, finer(effort_of(settings)));
+    if (wants_witnesses(settings)) sampler = std::make_unique<Sampler>(scene);
+  }
+
+  void look_around(Cascade& cascade);
+  void aim(Cascade& cascade, std::uint64_t rays_an_object);
+  void prove(ProjectionProver& prover, Method method, const Cell& cell, Cascade& cascade,
+             Evidence* evidence);
+  void note_witness(Evidence& evidence) const;
+  const VisibleSet& seen() const { return sampler ? sampler->seen() : nothing; }
 
   std::shared_ptr<const Scene> scene;
   EvaluatorSettings settings;
   CpuClock clock;
   OccluderRanking ranking;
-  ProjectionProver projection;
+  VisibleSet nothing;
+  std::unique_ptr<ProjectionProver> projection, fine;
+  std::unique_ptr<Sampler> sampler;
+  std::uint64_t rays_left = 0;
 };
+
+void Evaluator::State::look_around(Cascade& cascade) {
+  cascade.begin(Method::kLookAround);
+  // Alone it is the whole method; before others it is a first look.
+  const bool alone = settings.methods == Methods{Method::kLookAround};
+  const SamplingRound round = sampler->look_around(alone ? rays_left : rays_left / 4);
+  rays_left -= std::min(rays_left, round.rays);
+  cascade.end(seen(), round.rays, static_cast<double>(round.rays) * kPrices.ray);
+}
+
+void Evaluator::State::aim(Cascade& cascade, std::uint64_t rays_an_object) {
+  const std::uint64_t rays = std::min(rays_left, rays_an_object * cascade.open().count());
+  if (rays == 0) return;
+  cascade.begin(Method::kAimedRays);
+  const SamplingRound round = sampler->aim(cascade.open(), rays);
+  rays_left -= std::min(rays_left, round.rays);
+  cascade.end(seen(), round.rays, static_cast<double>(round.rays) * kPrices.ray);
+}
+
+void Evaluator::State::prove(ProjectionProver& prover, Method method, const Cell& cell,
+                             Cascade& cascade, Evidence* evidence) {
+  if (evidence != nullptr && cascade.open().contains(evidence->object)) evidence->method = method;
+  CellStatistics& statistics = cascade.statistics();
+  const CellStatistics before = statistics;
+  cascade.begin(method);
+  prover.run(cell, cascade.visible(), cascade.open(), statistics, evidence);
+  const std::uint32_t projections = statistics.projections - before.projections;
+  double nominal_ms = projections * kPrices.projection +
+                      (statistics.box_tests - before.box_tests) * kPrices.box_test;
+  for (const OcclusionMap& map : prover.maps())
+    nominal_ms += kPrices.map_pixel * map.plane().resolution_px * map.plane().resolution_px;
+  cascade.end(seen(), projections, nominal_ms);
+}
+
+void Evaluator::State::note_witness(Evidence& evidence) const {
+  for (const Witness& witness : sampler->witnesses())
+    if (witness.object == evidence.object) evidence.witness = SightLine{witness.eye, witness.point};
+  evidence.method =
+      settings.methods.has(Method::kAimedRays) ? Method::kAimedRays : Method::kLookAround;
+}
 
 Evaluator::Evaluator(std::shared_ptr<const Scene> scene, const EvaluatorSettings& settings,
                      CpuClock clock)
-    : state_(std::make_unique<State>(std::move(scene), settings, clock)) {}
+    : state_(std::make_unique<State>(std::move(scene), settings, clock)) {
+  state_->nothing = VisibleSet::none(state_->scene->object_count());
+}
 
 Evaluator::~Evaluator() = default;
 
 CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const VisibleSet& parent,
                               Evidence* evidence) {
   State& s = *state_;
-  PVS_CHECK_EQ(parent.universe(), s.scene->object_count());
   PVS_CHECK(evidence == nullptr || parent.contains(evidence->object));
-  CellDelta delta{
-      .key = key, .hidden = parent, .seen = VisibleSet::none(parent.universe()), .statistics = {}};
-  VisibleSet visible = parent, open = parent;
-  if (evidence != nullptr) evidence->method = Method::kProjection;
-  s.projection.run(cell, visible, open, delta.statistics, evidence);
-  delta.hidden.remove_all(visible);
+  Cascade cascade(*s.scene, s.settings, parent, s.clock);
+  s.rays_left = s.settings.max_rays;
+  if (s.sampler) s.sampler->begin(cell, seed_of(key), s.settings.near_m);
+  const bool aims = s.sampler && s.settings.methods.has(Method::kAimedRays);
+
+  // 1. What is cheap to see.
+  if (s.sampler && s.settings.methods.has(Method::kLookAround)) s.look_around(cascade);
+  if (aims && cascade.open().count() <= kFewObjects) s.aim(cascade, kFirstRays);
+
+  // 2. The cheapest prover on what is open, and witnesses for what it leaves.
+  if (s.projection && cascade.goes_on()) {
+    s.prove(*s.projection, Method::kProjection, cell, cascade, evidence);
+    if (aims) s.aim(cascade, kFirstRays);
+  }
+
+  // 3. Escalation, while the gap is too large.
+  if (s.fine && cascade.goes_on())
+    s.prove(*s.fine, Method::kFineProjection, cell, cascade, evidence);
+  if (aims && cascade.goes_on()) s.aim(cascade, kSecondRays);
+
+  // 4. What a single viewpoint sees, where the coordinator will have to decide about a split.
+  std::uint64_t point_triangles = 0;
+  if (s.sampler && cascade.over_budget())
+    point_triangles = s.sampler->most_triangles_from_a_point(kViewpoints);
+  CellDelta delta = cascade.finish(key, s.seen());
+  delta.point_triangles = point_triangles;
+  if (evidence != nullptr && delta.seen.contains(evidence->object)) s.note_witness(*evidence);
   return delta;
 }
 

@@ -17,12 +17,10 @@
 #include "common/pvs/settings.hpp"
 #include "common/pvs/visible_set.hpp"
 #include "common/scene/scene.hpp"
+#include "worker/evaluator/cascade.hpp"
 #include "worker/evaluator/evidence.hpp"
 
 namespace pvsfarm {
-
-// Tells processor time in milliseconds, for statistics; no decision depends on it.
-using CpuClock = double (*)();
 
 // Threads: one object, one thread. OSMesa: one object a process (contexts do not scale).
 class Evaluator {

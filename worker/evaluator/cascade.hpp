@@ -1,0 +1,70 @@
+// The bookkeeping of one cell's cascade: the three sets, who settled what, what it cost.
+//
+// Source: theory 0.1 (three answers), G (gap, escalation).
+#pragma once
+
+#include "common/cells/cell.hpp"
+#include "common/pvs/delta.hpp"
+#include "common/pvs/settings.hpp"
+#include "common/scene/scene.hpp"
+
+namespace pvsfarm {
+
+// Tells processor time in milliseconds, for statistics; no decision depends on it.
+using CpuClock = double (*)();
+
+// Nominal prices, in milliseconds of one core of the machine they were measured on (bench_accuracy
+// methods). They only say when a cell's time is over: the same on every machine.
+struct NominalPrices {
+  double ray = 0.0007;         // cast, its share of checks included
+  double projection = 0.0003;  // a piece on one plane, drawn
+  double map_pixel = 4e-6;     // reset, pyramids
+  double box_test = 0.00006;
+  double item_triangle = 0.0003;  // collected, drawn in one view
+  double item_pixel = 1e-5;
+};
+inline constexpr NominalPrices kPrices;
+
+// Threads: one object, one thread; made anew for every cell.
+class Cascade {
+ public:
+  // Keeps references to all three.
+  Cascade(const Scene& scene, const EvaluatorSettings& settings, const VisibleSet& parent,
+          CpuClock clock);
+
+  // Not proved hidden: the PVS so far. Proved neither hidden nor seen.
+  VisibleSet& visible() { return visible_; }
+  VisibleSet& open() { return open_; }
+  CellStatistics& statistics() { return statistics_; }
+
+  // Brackets the work of a method; `end` books what left `open` meanwhile: `seen` (all objects
+  // witnessed so far) to the seen, the rest to the hidden.
+  void begin(Method method);
+  void end(const VisibleSet& seen, std::uint64_t work, double nominal_ms);
+
+  std::uint64_t visible_triangles() const { return visible_triangles_; }
+  std::uint64_t seen_triangles() const { return seen_triangles_; }
+  // (|PVS| - |seen|) / |PVS| in triangles; 0 for an empty PVS.
+  double gap() const;
+  bool over_budget() const;
+  // Whether another method may be begun: something is open, the gap is too large, time is left.
+  bool goes_on() const;
+
+  // The answer. Objects both proved hidden and seen stay visible, and are counted.
+  CellDelta finish(const CellKey& key, const VisibleSet& seen);
+
+ private:
+  std::uint64_t triangles(const VisibleSet& set) const;
+
+  const Scene& scene_;
+  const EvaluatorSettings& settings_;
+  const VisibleSet& parent_;
+  CpuClock clock_;
+  VisibleSet visible_, open_, open_before_;
+  CellStatistics statistics_;
+  Method method_ = Method::kProjection;
+  double started_ms_ = 0, nominal_ms_ = 0;
+  std::uint64_t visible_triangles_ = 0, seen_triangles_ = 0;
+};
+
+}  // namespace pvsfarm
