@@ -5,6 +5,8 @@
 #include "common/base/check.hpp"
 #include "common/base/random.hpp"
 #include "worker/evaluator/projection_prover.hpp"
+#include "worker/visibility/aim_points.hpp"
+#include "worker/visibility/item_views.hpp"
 #include "worker/visibility/sampler.hpp"
 
 namespace pvsfarm {
@@ -57,10 +59,13 @@ struct Evaluator::State {
     if (settings.methods.has(Method::kFineProjection))
       fine = std::make_unique<ProjectionProver>(*scene, ranking, finer(effort_of(settings)));
     if (wants_witnesses(settings)) sampler = std::make_unique<Sampler>(scene);
+    if (sampler && settings.methods.has(Method::kItemBuffers))
+      views = std::make_unique<ItemViews>(scene, settings.item_buffer_px);
   }
 
   void look_around(Cascade& cascade);
-  void aim(Cascade& cascade, std::uint64_t rays_an_object);
+  void view(const CellKey& key, const Cell& cell, Cascade& cascade);
+  bool aim(Cascade& cascade, std::uint64_t rays_an_object);
   void prove(ProjectionProver& prover, Method method, const Cell& cell, Cascade& cascade,
              Evidence* evidence);
   void note_witness(Evidence& evidence) const;
@@ -73,6 +78,7 @@ struct Evaluator::State {
   VisibleSet nothing;
   std::unique_ptr<ProjectionProver> projection, fine;
   std::unique_ptr<Sampler> sampler;
+  std::unique_ptr<ItemViews> views;
   std::uint64_t rays_left = 0;
 };
 
@@ -85,13 +91,36 @@ void Evaluator::State::look_around(Cascade& cascade) {
   cascade.end(seen(), round.rays, static_cast<double>(round.rays) * kPrices.ray);
 }
 
-void Evaluator::State::aim(Cascade& cascade, std::uint64_t rays_an_object) {
-  const std::uint64_t rays = std::min(rays_left, rays_an_object * cascade.open().count());
-  if (rays == 0) return;
+// From the cell's corners and the middle of its upper face, until a viewpoint shows little that
+// the ones before it did not.
+void Evaluator::State::view(const CellKey& key, const Cell& cell, Cascade& cascade) {
+  constexpr std::uint64_t kEyes = 9;
+  constexpr std::uint32_t kLittle = 50;  // a part of what is open
+  Random random(seed_of(key));
+  for (std::uint64_t k = 0; k < kEyes && cascade.goes_on(); ++k) {
+    cascade.begin(Method::kItemBuffers);
+    const std::uint32_t open_before = cascade.open().count();
+    const Vec3 eye = viewpoint(cell, k, random);
+    const auto& shown = views->look(eye, settings.near_m, cascade.visible(), cascade.open());
+    sampler->consider(eye, shown);
+    const ItemViews::Cost cost = views->cost();
+    cascade.end(seen(), cost.pixels,
+                static_cast<double>(cost.triangles) * kPrices.item_triangle +
+                    static_cast<double>(cost.pixels) * kPrices.item_pixel);
+    if (open_before - cascade.open().count() <= open_before / kLittle) break;
+  }
+}
+
+// Returns whether something moved.
+bool Evaluator::State::aim(Cascade& cascade, std::uint64_t rays_an_object) {
+  const std::uint32_t open_before = cascade.open().count();
+  const std::uint64_t rays = std::min(rays_left, rays_an_object * open_before);
+  if (rays == 0) return false;
   cascade.begin(Method::kAimedRays);
   const SamplingRound round = sampler->aim(cascade.open(), rays);
   rays_left -= std::min(rays_left, round.rays);
   cascade.end(seen(), round.rays, static_cast<double>(round.rays) * kPrices.ray);
+  return cascade.open().count() < open_before;
 }
 
 void Evaluator::State::prove(ProjectionProver& prover, Method method, const Cell& cell,
@@ -140,13 +169,15 @@ CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const Visibl
   // 2. The cheapest prover on what is open, and witnesses for what it leaves.
   if (s.projection && cascade.goes_on()) {
     s.prove(*s.projection, Method::kProjection, cell, cascade, evidence);
+    if (s.views) s.view(key, cell, cascade);
     if (aims) s.aim(cascade, kFirstRays);
   }
 
   // 3. Escalation, while the gap is too large.
   if (s.fine && cascade.goes_on())
     s.prove(*s.fine, Method::kFineProjection, cell, cascade, evidence);
-  if (aims && cascade.goes_on()) s.aim(cascade, kSecondRays);
+  while (aims && cascade.goes_on() && s.aim(cascade, kSecondRays)) {
+  }
 
   // 4. What a single viewpoint sees, where the coordinator will have to decide about a split.
   std::uint64_t point_triangles = 0;

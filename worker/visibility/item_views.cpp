@@ -103,9 +103,9 @@ void ItemViews::draw_views(double near, const VisibleSet& wanted) {
   }
 }
 
-const std::vector<ItemViews::Item>& ItemViews::look(const Vec3& eye, double near_m,
-                                                    const VisibleSet& drawn,
-                                                    const VisibleSet& wanted) {
+const std::vector<SightCandidate>& ItemViews::look(const Vec3& eye, double near_m,
+                                                   const VisibleSet& drawn,
+                                                   const VisibleSet& wanted) {
   items_.clear();
   cost_ = {};
   for (auto& list : triangles_) list.clear();

@@ -11,17 +11,12 @@
 #include "common/pvs/visible_set.hpp"
 #include "common/scene/scene.hpp"
 #include "worker/render/item_buffer.hpp"
+#include "worker/visibility/sampler.hpp"
 
 namespace pvsfarm {
 
 class ItemViews {
  public:
-  // A triangle (of Scene::all_triangles) that some pixels show, and the direction of one in their
-  // middle.
-  struct Item {
-    std::uint32_t triangle = 0;
-    Vec3 direction{0};
-  };
   // What a look cost. [units] triangles drawn, over all views; pixels.
   struct Cost {
     std::uint64_t triangles = 0, pixels = 0;
@@ -31,10 +26,11 @@ class ItemViews {
   ItemViews(std::shared_ptr<const Scene> scene, int side_px);
 
   // Draws the objects of `drawn`, and all that only occludes, as seen from `eye`; what is nearer
-  // than near_m, or a hundred-thousandth of the scene, is left out. Returns each row's runs of one
-  // triangle, as far as it belongs to an object of `wanted`. Valid until the next look.
-  const std::vector<Item>& look(const Vec3& eye, double near_m, const VisibleSet& drawn,
-                                const VisibleSet& wanted);
+  // than near_m, or a hundred-thousandth of the scene, is left out. Returns the middle of every
+  // run of one triangle along a row of pixels, as far as it belongs to an object of `wanted`.
+  // Valid until the next look.
+  const std::vector<SightCandidate>& look(const Vec3& eye, double near_m, const VisibleSet& drawn,
+                                          const VisibleSet& wanted);
   Cost cost() const { return cost_; }  // of the last look
 
  private:
@@ -48,7 +44,7 @@ class ItemViews {
   std::vector<std::uint32_t> object_of_;  // by triangle
   bool has_passable_ = false;
   std::vector<ItemVertex> triangles_[6];  // of each view
-  std::vector<Item> items_;
+  std::vector<SightCandidate> items_;
   Cost cost_;
 };
 

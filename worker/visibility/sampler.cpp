@@ -240,6 +240,13 @@ SamplingRound Sampler::aim(const VisibleSet& targets, std::uint64_t rays) {
   return s.finish();
 }
 
+SamplingRound Sampler::consider(const Vec3& eye, std::span<const SightCandidate> candidates) {
+  State& s = *state_;
+  for (const SightCandidate& c : candidates)
+    s.credit_hit(c.triangle, {eye, eye + c.direction}, s.wide_margin);
+  return s.finish();
+}
+
 const VisibleSet& Sampler::seen() const { return state_->seen; }
 const std::vector<Witness>& Sampler::witnesses() const { return state_->witnesses; }
 double Sampler::margin() const { return state_->margin; }

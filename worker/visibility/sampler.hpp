@@ -25,6 +25,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,11 @@ struct Witness {
   ObjectId object{};
   Vec3 eye{0};    // in the cell, in world coordinates
   Vec3 point{0};  // on the object
+};
+
+struct SightCandidate {
+  std::uint32_t triangle = 0;
+  Vec3 direction{0};  // of any length
 };
 
 // What a call of Sampler did. [units] rays: cast with Embree; checks: in double.
@@ -64,6 +70,10 @@ class Sampler {
   // corners, edges, faces and inner points of the cell; blocked rays are turned past an edge of
   // their blocker. Ends early when all targets are seen.
   SamplingRound aim(const VisibleSet& targets, std::uint64_t rays);
+
+  // Considers lines found by other means: from an eye in the cell, in a direction that is said to
+  // meet a triangle of Scene::all_triangles() first. Those that are robust count.
+  SamplingRound consider(const Vec3& eye, std::span<const SightCandidate> candidates);
 
   // Occludees seen so far, whether or not they were targets.
   const VisibleSet& seen() const;
