@@ -15,11 +15,7 @@ using Parameters = std::tuple<VisibilityCase, RasterKind>;
 class Case : public testing::TestWithParam<Parameters> {
  protected:
   const VisibilityCase& situation() const { return std::get<0>(GetParam()); }
-  EvaluatorSettings defaults() const {
-    EvaluatorSettings settings;
-    settings.raster = std::get<1>(GetParam());
-    return settings;
-  }
+  EvaluatorSettings defaults() const { return provers_only(std::get<1>(GetParam())); }
   bool hides(const PlacedCase& p, const EvaluatorSettings& settings) const {
     return Evaluation(p.source, settings).hides(p.occludee, p.cell);
   }
@@ -32,6 +28,7 @@ class Case : public testing::TestWithParam<Parameters> {
     std::vector<EvaluatorSettings> all;
     for (const auto& row : rows) {
       EvaluatorSettings settings = defaults();
+      settings.methods = {Method::kProjection};
       settings.resolution_px = row.resolution_px;
       settings.planes_per_face = row.planes_per_face;
       settings.extent = row.extent;

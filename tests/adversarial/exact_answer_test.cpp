@@ -68,9 +68,7 @@ Tally judge(const Box& wall, const Cell& cell, double lowest_z, RasterKind raste
         source.objects.push_back(
             box_object("thing" + std::to_string(boxes.size()), boxes.back(), Role::kOnlyOccluded));
       }
-  EvaluatorSettings settings;
-  settings.raster = raster;
-  Evaluation evaluation(source, settings);
+  Evaluation evaluation(source, provers_only(raster));
   const auto hidden = evaluation.hidden_from(cell);
   Tally tally;
   for (std::size_t i = 0; i < boxes.size(); ++i) {

@@ -15,11 +15,7 @@ const Cell kCell = Cell::aligned({{-1, -1, -1}, {1, 1, 1}});
 
 class Situation : public testing::TestWithParam<RasterKind> {
  protected:
-  EvaluatorSettings defaults() const {
-    EvaluatorSettings settings;
-    settings.raster = GetParam();
-    return settings;
-  }
+  EvaluatorSettings defaults() const { return provers_only(GetParam()); }
   bool hides(const SceneSource& source, std::uint32_t object, const Cell& cell = kCell) const {
     return Evaluation(source, defaults()).hides(object, cell);
   }

@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::uint64_t kRaysInAll = 10'000'000;
 constexpr std::uint64_t kRaysPerHiddenObject = 200;
+constexpr std::uint64_t kCascadeRays = 2'000;
 constexpr std::uint64_t kMostWorlds =
     3000;  // for a share of 10^7; who hides little must not loop forever
 // OSMesa draws the same half-planes as the direct rasteriser, ten times as slowly: fewer worlds.
@@ -31,8 +32,7 @@ using Parameters = std::tuple<Family, RasterKind>;
 class RandomScenes : public testing::TestWithParam<Parameters> {};
 
 EvaluatorSettings random_settings(RasterKind raster, Random& random) {
-  EvaluatorSettings settings;
-  settings.raster = raster;
+  EvaluatorSettings settings = provers_only(raster);
   const int resolutions[] = {64, 128, 256};
   settings.resolution_px = resolutions[random.below(3)];
   settings.planes_per_face = 1 + static_cast<int>(random.below(8));
@@ -41,7 +41,7 @@ EvaluatorSettings random_settings(RasterKind raster, Random& random) {
 }
 
 struct Tally {
-  std::uint64_t worlds = 0, cells = 0, occludees = 0, hidden = 0, rays = 0;
+  std::uint64_t worlds = 0, cells = 0, occludees = 0, hidden = 0, seen = 0, rays = 0;
 };
 
 void judge_world(Family family, RasterKind raster, std::uint64_t seed, Tally& tally) {
@@ -52,10 +52,23 @@ void judge_world(Family family, RasterKind raster, std::uint64_t seed, Tally& ta
   const RayOracle oracle(world.source);
   const AimedRays rays(world.source, oracle);
   ++tally.worlds;
+  EvaluatorSettings cascade = settings;
+  cascade.methods = kDefaultMethods;
+  cascade.max_rays = kCascadeRays;
+  Evaluation with_witnesses(world.source, cascade);
   for (std::size_t c = 0; c < world.cells.size(); ++c) {
     const auto hidden = evaluation.hidden_from(world.cells[c]);
     const auto report =
         rays.search(world.cells[c], hidden, kRaysPerHiddenObject * hidden.size(), random);
+    const CellDelta delta =
+        with_witnesses.evaluator().evaluate(CellKey{static_cast<std::uint32_t>(c), 1},
+                                            world.cells[c], all_occludees(with_witnesses.scene()));
+    for (const std::uint32_t object : hidden)
+      EXPECT_FALSE(delta.seen.contains(with_witnesses.id_of(object)))
+          << to_string(family) << ", PVSFARM_SEED=" << seed << ", cell " << c << ", object "
+          << object << ": the product's own witness refutes its certificate";
+    EXPECT_EQ(delta.statistics.contradictions, 0u);
+    tally.seen += delta.seen.count();
     ++tally.cells;
     tally.hidden += hidden.size();
     tally.occludees += all_occludees(evaluation.scene()).count();
@@ -90,7 +103,7 @@ TEST_P(RandomScenes, nothing_that_a_ray_reaches_is_hidden) {
   }
   std::cout << to_string(family) << ", " << to_string(raster) << ": " << tally.rays << " rays, "
             << tally.worlds << " worlds, " << tally.cells << " cells, " << tally.hidden << " of "
-            << tally.occludees << " objects hidden\n";
+            << tally.occludees << " objects hidden, " << tally.seen << " seen\n";
 }
 
 std::string name_of(const testing::TestParamInfo<Parameters>& test) {

@@ -43,9 +43,7 @@ void judge(const NamedScene& named, RasterKind raster, std::size_t cell_count) {
   const auto loaded = load(named);
   ASSERT_TRUE(loaded.ok()) << loaded.error().text;
   const SceneWithCells& scene = loaded.value();
-  EvaluatorSettings settings;
-  settings.raster = raster;
-  Evaluation evaluation(scene.source, settings);
+  Evaluation evaluation(scene.source, provers_only(raster));
   const RayOracle oracle(scene.source);
   EmbreeWitness witness(scene.source, oracle);
   std::uint64_t rays = 0, hidden_in_all = 0;

@@ -16,6 +16,15 @@ std::shared_ptr<const Scene> built(const SceneSource& source) {
 
 }  // namespace
 
+EvaluatorSettings provers_only(RasterKind raster) {
+  EvaluatorSettings settings;
+  settings.raster = raster;
+  settings.methods = {Method::kProjection, Method::kFineProjection};
+  settings.max_rays = 0;
+  settings.gap = 0;
+  return settings;
+}
+
 Evaluation::Evaluation(const SceneSource& source, const EvaluatorSettings& settings)
     : scene_(built(source)), evaluator_(scene_, settings), id_of_(source.objects.size()) {
   for (std::uint32_t i = 0; i < scene_->object_count(); ++i)

@@ -14,6 +14,9 @@
 
 namespace pvsfarm {
 
+// Every prover and no witness: what a witness settles first would shield a wrong certificate.
+EvaluatorSettings provers_only(RasterKind raster);
+
 class Evaluation {
  public:
   // Aborts if the scene cannot be built.
