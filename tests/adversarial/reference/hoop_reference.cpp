@@ -50,8 +50,11 @@ std::vector<HalfSpace> shadow(const IntBox& cell, const Loop& loop, std::int64_t
       const HalfSpace plane{v, loop[i], loop[(i + 1) % loop.size()]};
       if (supports(plane, cell, loop)) half_spaces.push_back(plane);
     }
-  if (rear == Rear::kClosed)
-    half_spaces.push_back({{{0, 0, farthest_z}}, {{1, 0, farthest_z}}, {{0, 1, farthest_z}}});
+  if (rear == Rear::kClosed) {
+    const std::int64_t x = loop[0][0], y = loop[0][1];
+    half_spaces.push_back(
+        {{{x, y, farthest_z}}, {{x + 1, y, farthest_z}}, {{x, y + 1, farthest_z}}});
+  }
   return half_spaces;
 }
 
