@@ -8,7 +8,9 @@
 #include <string>
 
 #include "common/scene/scene_build.hpp"
+#include "coordinator/generate/generate.hpp"
 #include "tests/property/random_scenes.hpp"
+#include "tests/scenes/real_scenes.hpp"
 #include "tests/support/make_objects.hpp"
 #include "tests/support/ray_oracle.hpp"
 
@@ -169,6 +171,83 @@ TEST(Sampler, every_witness_is_confirmed_by_another_judge) {
     }
   }
   EXPECT_GT(confirmed, 1000u);
+}
+
+bool same(const std::vector<Witness>& a, const std::vector<Witness>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Witness& x, const Witness& y) {
+    return x.object == y.object && x.eye == y.eye && x.point == y.point;
+  });
+}
+
+// The witnesses of a few calls, and what they cost; with Embree in the given instruction set.
+struct Trace {
+  std::vector<Witness> witnesses;
+  std::uint64_t rays = 0, triangles = 0;
+};
+Trace trace(Sampler& sampler, const Cell& cell, const VisibleSet& targets, std::uint64_t seed) {
+  Trace result;
+  sampler.begin(cell, seed, 0.1);
+  result.rays += sampler.look_around(300).rays;
+  result.rays += sampler.aim(targets, 3000).rays;
+  result.triangles = sampler.most_triangles_from_a_point(2);
+  result.rays += sampler.aim(targets, 1000).rays;
+  result.witnesses = sampler.witnesses();
+  return result;
+}
+
+constexpr const char* kInstructionSets[] = {"isa=sse2", "isa=sse4.2", "isa=avx", "isa=avx2",
+                                            "isa=avx512"};
+
+// Worlds, the city and scenes on disk: every instruction set gives the same witnesses bit by bit.
+std::size_t compare_instruction_sets(const SceneSource& source, std::span<const Cell> cells) {
+  const auto scene = built(source);
+  const VisibleSet all = VisibleSet::all(scene->object_count());
+  std::vector<std::unique_ptr<Sampler>> samplers;
+  for (const char* isa : kInstructionSets)
+    samplers.push_back(std::make_unique<Sampler>(scene, isa));
+  samplers.push_back(std::make_unique<Sampler>(scene));
+  std::size_t witnesses = 0;
+  for (std::size_t c = 0; c < cells.size(); ++c) {
+    const Trace first = trace(*samplers[0], cells[c], all, c);
+    for (std::size_t k = 1; k < samplers.size(); ++k) {
+      const Trace other = trace(*samplers[k], cells[c], all, c);
+      EXPECT_TRUE(same(first.witnesses, other.witnesses)) << "cell " << c << ", set " << k;
+      EXPECT_EQ(first.rays, other.rays);
+      EXPECT_EQ(first.triangles, other.triangles);
+    }
+    witnesses += first.witnesses.size();
+  }
+  return witnesses;
+}
+
+TEST(Sampler, random_worlds_give_the_same_witnesses_with_every_instruction_set) {
+  for (const Family family : kFamilies) {
+    for (std::uint64_t seed = 101; seed <= 104; ++seed) {
+      SCOPED_TRACE(std::string(to_string(family)) + " " + std::to_string(seed));
+      const RandomWorld world = random_world(family, seed);
+      compare_instruction_sets(world.source, world.cells);
+    }
+  }
+}
+
+TEST(Sampler, large_scenes_give_the_same_witnesses_with_every_instruction_set) {
+  std::vector<NamedScene> scenes = scenes_on_disk();  // none where there is no such folder
+  if (scenes.size() > 2) scenes.resize(2);
+  for (const NamedScene& scene : scenes) {
+    SCOPED_TRACE(scene.name);
+    const auto loaded = load(scene);
+    ASSERT_TRUE(loaded.ok()) << loaded.error().text;
+    const std::size_t step = loaded->cells.size() / 3 + 1;
+    std::vector<Cell> cells;
+    for (std::size_t i = 0; i < loaded->cells.size(); i += step) cells.push_back(loaded->cells[i]);
+    EXPECT_GT(compare_instruction_sets(loaded->source, cells), 0u);
+  }
+  CityRequest request;
+  request.blocks = 8;
+  const auto city = generate_city(request);
+  ASSERT_TRUE(city.ok());
+  const std::array cells{city->cells.front().cell, city->cells[city->cells.size() / 2].cell};
+  EXPECT_GT(compare_instruction_sets(city->source, cells), 200u);
 }
 
 }  // namespace

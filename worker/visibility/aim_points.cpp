@@ -1,6 +1,8 @@
 #include "worker/visibility/aim_points.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 namespace pvsfarm {
@@ -8,6 +10,7 @@ namespace {
 
 // How far a point moves from a corner to the centre of the inscribed circle, beside the margin.
 constexpr double kIntoTriangle = 0.01;
+constexpr double kHardly = 1e-3;
 
 // Which of the cell's coordinates lie at an end for a seeded viewpoint: edge, face, inside.
 constexpr int kEnds[4] = {2, 1, 2, 0};
@@ -28,9 +31,9 @@ Vec3 viewpoint(const Cell& cell, std::uint64_t k, Random& random) {
                  ? (upper ? cell.hi[a] : cell.lo[a])
                  : std::clamp(random.between(cell.lo[a], cell.hi[a]), cell.lo[a], cell.hi[a]);
     }
-  } else {
-    t.z = cell.hi.z;
   }
+  // What is above sees more.
+  if (k == 8 || k % 4 != 3) t.z = cell.hi.z;
   return cell.point(t);
 }
 
@@ -41,8 +44,12 @@ const std::vector<AimPoints::Corner>& AimPoints::corners_of(ObjectId object) {
   std::vector<Corner>& corners = corners_[index_of(object)];
   const auto triangles = scene_->triangles(object);
   if (!corners.empty() || triangles.empty()) return corners;
-  for (std::size_t k = 0; k < kCorners; ++k) {
-    const Vec3 out{k & 1 ? 1.0 : -1.0, k & 2 ? 1.0 : -1.0, k & 4 ? -1.0 : 1.0};
+  const Vec3 size = scene_->object(object).box.size();
+  for (std::uint64_t k = 0; k < kCorners; ++k) {
+    // Of the highest the outermost: the heights of a mesh differ by more than this share of x and
+    // y.
+    const double x = k < 4 ? kHardly * size.z / (size.x + size.y + size.z) : 1;
+    const Vec3 out{k & 1 ? x : -x, k & 2 ? x : -x, k < 8 ? 1.0 : -1.0};
     Corner best{.vertex = triangles[0].vertex[0]};
     for (const Triangle& t : triangles)
       for (const std::uint32_t v : t.vertex)
@@ -83,21 +90,41 @@ std::optional<AimPoint> AimPoints::inside(std::uint32_t triangle, const Vec3& at
   return AimPoint{at + (center - at) * part, triangle};
 }
 
-std::optional<AimPoint> AimPoints::corner(ObjectId object, std::uint64_t k, const Vec3& eye,
-                                          double margin) {
+std::optional<AimPoint> AimPoints::at_corner(ObjectId object, std::uint64_t k, bool along_rim,
+                                             Random& random, const Vec3& eye, double margin) {
   const std::vector<Corner>& corners = corners_of(object);
   if (corners.empty()) return {};
   const Corner& corner = corners[k % corners.size()];
-  const bool two_sided = scene_->object(object).two_sided;
+  const auto vertices = scene_->vertices();
+  const Vec3 tip = vertices[corner.vertex];
+  const std::uint64_t start = random.below(kFan);
   for (const bool facing : {true, false}) {
-    if (!facing && !two_sided) break;
+    if (!facing && !scene_->object(object).two_sided) break;
     for (std::uint32_t i = 0; i < corner.count; ++i) {
-      if (faces(corner.triangle[i], eye) != facing) continue;
-      const auto point = inside(corner.triangle[i], scene_->vertices()[corner.vertex], margin);
+      const std::uint32_t number = corner.triangle[(start + i) % corner.count];
+      if (faces(number, eye) != facing) continue;
+      Vec3 at = tip;
+      if (along_rim) {
+        Vec3 highest{0, 0, -std::numeric_limits<double>::infinity()};
+        for (const std::uint32_t v : scene_->all_triangles()[number].vertex)
+          if (vertices[v] != tip && vertices[v].z > highest.z) highest = vertices[v];
+        if (std::isfinite(highest.z)) at += (highest - tip) * random.unit();
+      }
+      const auto point = inside(number, at, margin);
       if (point) return point;
     }
   }
   return {};
+}
+
+std::optional<AimPoint> AimPoints::corner(ObjectId object, std::uint64_t k, Random& random,
+                                          const Vec3& eye, double margin) {
+  return at_corner(object, k, false, random, eye, margin);
+}
+
+std::optional<AimPoint> AimPoints::rim(ObjectId object, std::uint64_t k, Random& random,
+                                       const Vec3& eye, double margin) {
+  return at_corner(object, k, true, random, eye, margin);
 }
 
 std::optional<AimPoint> AimPoints::anywhere(ObjectId object, Random& random, const Vec3& eye,

@@ -32,12 +32,17 @@ class AimPoints {
  public:
   explicit AimPoints(std::shared_ptr<const Scene> scene);
 
-  // [limit] Corners kept of an object.
-  static constexpr std::size_t kCorners = 8;
+  // [limit] Corners kept of an object: four of its highest, four outer ones above, four below.
+  static constexpr std::uint64_t kCorners = 12;
 
-  // The k-th of the object's outermost corners, moved inside a triangle by `margin`. Of several
-  // triangles that meet there one that faces `eye`; none if there is no such triangle.
-  std::optional<AimPoint> corner(ObjectId object, std::uint64_t k, const Vec3& eye, double margin);
+  // The k-th corner of the object, moved inside a triangle that meets there by `margin`; of several
+  // triangles one that faces `eye`. None if there is no such triangle.
+  std::optional<AimPoint> corner(ObjectId object, std::uint64_t k, Random& random, const Vec3& eye,
+                                 double margin);
+  // A random point of the edge that leads from the k-th corner to the highest neighbour, the same
+  // way.
+  std::optional<AimPoint> rim(ObjectId object, std::uint64_t k, Random& random, const Vec3& eye,
+                              double margin);
   // A random point of a random triangle that faces `eye`; none after a few tries.
   std::optional<AimPoint> anywhere(ObjectId object, Random& random, const Vec3& eye,
                                    double margin) const;
@@ -50,6 +55,8 @@ class AimPoints {
     std::uint32_t triangle[kFan] = {};
   };
   const std::vector<Corner>& corners_of(ObjectId object);
+  std::optional<AimPoint> at_corner(ObjectId object, std::uint64_t k, bool along_rim,
+                                    Random& random, const Vec3& eye, double margin);
   std::optional<AimPoint> inside(std::uint32_t triangle, const Vec3& at, double margin) const;
   bool faces(std::uint32_t triangle, const Vec3& eye) const;
 

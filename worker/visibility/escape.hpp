@@ -21,7 +21,9 @@ struct BlockedAim {
   SightCheck::Hit blocker;
 };
 
-// Changes `blocked`'s eye, or its aim; false: the line drawn misses cell and target.
-bool escape(const Scene& scene, const Cell& cell, Random& random, BlockedAim& blocked);
+// Changes `blocked`'s eye, or its aim; false: the line drawn misses cell and target. The line
+// passes the edge by `margin` or more.
+bool escape(const Scene& scene, const Cell& cell, double margin, Random& random,
+            BlockedAim& blocked);
 
 }  // namespace pvsfarm

@@ -1,11 +1,9 @@
-// First hits by the thousand, with Embree: the only include of Embree outside the tests.
+// Blockers by the thousand, with Embree: the only include of Embree outside the tests.
 //
 // Its answers are guesses: in float, relative to the scene's centre, and not the same on every
-// machine. What they are good for, and why only robust segments may count, is told in sampler.hpp.
-// Opaque and passable matter (what does not occlude, or moves) lie in scenes of their own: rays
-// stop at the first and note the second. A one-sided triangle met from its back is not there.
-// Left out are triangles so thin that float arithmetic cannot place them; a ray then reports what
-// is behind, and the check in double, which knows them, decides.
+// machine. So nothing may depend on them but time: the sampler checks in double that a triangle
+// named here does block, and where none is named, or the wrong one, it does the whole check itself.
+// Opaque triangles only; a one-sided one that seems to be met from its back is not named.
 // Threads: one object, one thread; Embree makes none of its own.
 #pragma once
 
@@ -25,28 +23,13 @@ class RayScene {
   static constexpr std::uint32_t kNoTriangle = 0xffffffffu;
   static constexpr std::size_t kBatch = 256;
 
-  struct Hit {
-    std::uint32_t triangle = kNoTriangle;  // in scene.all_triangles()
-    double t = 0;                          // 1 at the point aimed at
-  };
-  struct Passed {
-    std::uint32_t ray = 0, triangle = 0;
-  };
-
-  // `error`: what float arithmetic in this scene may displace; see float_error(). `config`: for
-  // the device, as "isa=sse2".
+  // Places are held relative to `origin`. `config`: for the device, as "isa=sse2".
   RayScene(const Scene& scene, const Vec3& origin, const std::string& config);
   ~RayScene();
 
-  // [limit] kBatch lines. Fills `hits`, one a line, whatever the distance, and `passed`: the
-  // passable triangles met before that, in no order. Triangles for which `skip` has a 1 at their
-  // object's place are not noted.
-  void cast(std::span<const Sightline> lines, std::span<const std::uint8_t> skip,
-            std::span<Hit> hits, std::vector<Passed>& passed);
-
-  // [units] scene units. By what a point may be displaced in this arithmetic, with room to spare,
-  // for eyes and points within `reach` of the origin.
-  static double float_error(double reach) { return 32 * 0x1p-24 * reach; }
+  // For each line a triangle, by its number in scene.all_triangles(), that seems to be the first it
+  // meets, or kNoTriangle. [limit] kBatch lines.
+  void name_blockers(std::span<const Sightline> lines, std::span<std::uint32_t> triangles);
 
  private:
   struct State;

@@ -1,7 +1,9 @@
 #include "worker/visibility/sampler.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "common/base/random.hpp"
@@ -21,7 +23,17 @@ Vec3 direction(Random& random) {
   }
 }
 
-constexpr std::uint32_t kNoAim = 0xffffffffu;
+// A viewpoint is one of the 8 corners or, two times in three, a seeded one.
+constexpr std::uint64_t kViewpoints = 24;
+// Rays for each open target without a single find after which no more are cast.
+constexpr std::uint64_t kPatience = 16;
+
+// Every so many rays of a budget one is for lines past the edges of blockers.
+constexpr std::uint64_t kPastBlockers = 8;
+
+bool scene_holds(const Scene& scene, ObjectId object, std::uint32_t triangle) {
+  return triangle - scene.object(object).first_triangle < scene.object(object).triangle_count;
+}
 
 }  // namespace
 
@@ -39,150 +51,166 @@ struct Sampler::State {
   AimPoints aims;
 
   Cell cell;
-  double near_m = 0, margin = 0, wide_margin = 0;
+  double near_m = 0, margin = 0, float_margin = 0;
   Random random{0};
   std::vector<std::uint8_t> skip;  // by object: seen already, or no occludee
   VisibleSet seen;
   std::vector<Witness> witnesses;
   SamplingRound round;
 
-  // The batch of rays in the making.
+  // The batch of rays in the making, and what each is aimed at.
   std::vector<Sightline> lines;
-  std::vector<std::uint32_t> aimed_at;  // the triangle at the line's end, or kNoAim
-  std::vector<RayScene::Hit> hits;
-  std::vector<RayScene::Passed> passed;
+  std::vector<ObjectId> aimed_at;
+  std::array<std::uint32_t, RayScene::kBatch> blockers;
 
   bool open(ObjectId object) const { return skip[index_of(object)] == 0; }
-  void add(const Vec3& eye, const Vec3& point, std::uint32_t triangle);
-  void cast();
+  void note(ObjectId object, const Sightline& line);
+  void add(const Sightline& line, ObjectId target);
   void settle();
-  bool credit(ObjectId object, const Sightline& line, double by);
-  bool credit_hit(std::uint32_t triangle, const Sightline& line, double by);
-  bool robust_hit(std::uint32_t triangle, const Sightline& line, double by, Vec3& point);
+  bool credit(ObjectId object, const Sightline& line);
+  void credit_candidate(std::uint32_t triangle, const Sightline& line);
+  void credit_hit(const SightCheck::Hit& hit, const Sightline& line);
+  std::optional<AimPoint> draw(ObjectId target, std::uint64_t k, const Vec3& eye);
   void aim_plainly(std::vector<ObjectId>& targets, std::uint64_t budget);
   void aim_past_blockers(std::vector<ObjectId>& targets, std::uint64_t budget);
   void chase(ObjectId target, const Vec3& eye, const AimPoint& aim);
+  std::uint64_t triangles_seen_from(const Vec3& eye, const std::vector<Witness>& known);
   SamplingRound finish();
 };
 
-// The object is seen along the line, if that is clear.
-bool Sampler::State::credit(ObjectId object, const Sightline& line, double by) {
-  if (!open(object) || length(line.point - line.eye) < near_m) return false;
-  ++round.checks;
-  if (!check.clear(line, object, by)) return false;
+// What to aim at in round k.
+std::optional<AimPoint> Sampler::State::draw(ObjectId target, std::uint64_t k, const Vec3& eye) {
+  switch (k % 4) {
+    case 0:
+      return aims.corner(target, k / 4, random, eye, margin);
+    case 1:
+    case 3:
+      return aims.rim(target, random.below(4), random, eye, margin);
+    default:
+      return aims.anywhere(target, random, eye, margin);
+  }
+}
+
+void Sampler::State::note(ObjectId object, const Sightline& line) {
   skip[index_of(object)] = 1;
   witnesses.push_back({object, line.eye, line.point});
   ++round.seen;
+}
+
+// The object is seen along the line, if that is clear.
+bool Sampler::State::credit(ObjectId object, const Sightline& line) {
+  if (!open(object) || length(line.point - line.eye) < near_m) return false;
+  ++round.checks;
+  if (!check.clear(line, object, margin)) return false;
+  note(object, line);
   return true;
 }
 
-// Where the line, however long, meets the triangle, if it does so robustly: through the front or a
-// visible back, inside all edges even as seen from the eye, and with nothing else near.
-bool Sampler::State::robust_hit(std::uint32_t triangle, const Sightline& line, double by,
-                                Vec3& point) {
+// The object hit is seen where the line meets it, if it is met well inside a triangle.
+void Sampler::State::credit_hit(const SightCheck::Hit& hit, const Sightline& line) {
+  if (!open(hit.object)) return;
+  const Vec3 p = (line.point - line.eye) * hit.t;
+  if (SeenTriangle(*scene, hit.triangle, line.eye).depth_inside(p) > margin)
+    credit(hit.object, {line.eye, line.eye + p});
+}
+
+// The line, however long, meets the triangle beyond doubt in float: through the front or a visible
+// back, well inside all edges even as seen from the eye, and with nothing else near, be it of the
+// same object.
+void Sampler::State::credit_candidate(std::uint32_t triangle, const Sightline& line) {
+  const ObjectId object = check.object_of(triangle);
+  if (!open(object)) return;
   const Vec3 d = line.point - line.eye;
   const SeenTriangle t(*scene, triangle, line.eye);
-  const bool two_sided = scene->object(check.object_of(triangle)).two_sided;
-  if (t.degenerate() || !(t.front_met(d, by) || (two_sided && t.back_met(d, by)))) return false;
+  const bool two_sided = scene->object(object).two_sided;
+  if (t.degenerate()) return;
+  if (!t.front_met(d, float_margin) && !(two_sided && t.back_met(d, float_margin))) return;
   const double rise = dot(t.normal, d), at = dot(t.normal, t.corner[0]) / rise;
   const Vec3 p = d * at;
-  if (!(at > 0) || length(p) < near_m) return false;
+  if (!(at > 0) || length(p) < near_m) return;
   const double slope = std::abs(rise) / (t.normal_length * length(d));
-  if (!(t.depth_inside(p) * slope > by)) return false;
-  point = line.eye + p;
+  if (!(t.depth_inside(p) * slope > float_margin)) return;
   ++round.checks;
-  return check.clear_but_for({line.eye, point}, triangle, by);
+  const Sightline shown{line.eye, line.eye + p};
+  if (check.clear_but_for(shown, triangle, float_margin)) note(object, shown);
 }
 
-bool Sampler::State::credit_hit(std::uint32_t triangle, const Sightline& line, double by) {
-  const ObjectId object = check.object_of(triangle);
-  Vec3 point;
-  if (!open(object) || !robust_hit(triangle, line, by, point)) return false;
-  skip[index_of(object)] = 1;
-  witnesses.push_back({object, line.eye, point});
-  ++round.seen;
-  return true;
-}
-
-void Sampler::State::add(const Vec3& eye, const Vec3& point, std::uint32_t triangle) {
-  lines.push_back({eye, point});
-  aimed_at.push_back(triangle);
+void Sampler::State::add(const Sightline& line, ObjectId target) {
+  lines.push_back(line);
+  aimed_at.push_back(target);
   if (lines.size() == RayScene::kBatch) settle();
 }
 
-// Casts the batch and credits what it saw: the target where nothing was before it, and whatever
-// else was met first or passed.
+// A line counts if it is clear. It is not, if the triangle that Embree names does block it; only
+// that saves the check.
 void Sampler::State::settle() {
-  hits.resize(lines.size());
-  rays.cast(lines, skip, hits, passed);
+  rays.name_blockers(lines, blockers);
   round.rays += lines.size();
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    const RayScene::Hit& hit = hits[i];
-    const bool met = hit.triangle != RayScene::kNoTriangle;
-    if (aimed_at[i] != kNoAim) {
-      const ObjectId target = check.object_of(aimed_at[i]);
-      if (!met || hit.t >= 1 || check.object_of(hit.triangle) == target)
-        credit(target, lines[i], wide_margin);
-    }
-    if (met) credit_hit(hit.triangle, lines[i], wide_margin);
+    const bool blocked = blockers[i] != RayScene::kNoTriangle &&
+                         !scene_holds(*scene, aimed_at[i], blockers[i]) &&
+                         check.meets(lines[i], blockers[i]);
+    if (!blocked) credit(aimed_at[i], lines[i]);
   }
-  for (const RayScene::Passed& p : passed) credit_hit(p.triangle, lines[p.ray], wide_margin);
   lines.clear();
   aimed_at.clear();
 }
 
-// Rounds over all targets that are still open, each from one eye, so that the rays of a batch run
-// side by side: the targets are in the order of their ids, which is an order in space.
+// Rounds over all targets that are still open, each time another point of each from another eye.
 void Sampler::State::aim_plainly(std::vector<ObjectId>& targets, std::uint64_t budget) {
   const std::uint64_t end = round.rays + budget;
+  std::uint64_t last_find = round.rays;
   for (std::uint64_t k = 0; round.rays < end && !targets.empty(); ++k) {
-    const Vec3 eye = viewpoint(cell, k, random);
     const std::uint64_t before = round.rays;
+    const std::uint32_t seen_before = round.seen;
     for (const ObjectId target : targets) {
       if (round.rays + lines.size() >= end) break;
-      auto aim = k % 2 == 0 ? aims.corner(target, k / 2, eye, wide_margin)
-                            : aims.anywhere(target, random, eye, wide_margin);
-      if (aim) add(eye, aim->point, aim->triangle);
+      const Vec3 eye = viewpoint(cell, k < 2 ? k : random.below(kViewpoints), random);
+      if (const auto aim = draw(target, k, eye)) add({eye, aim->point}, target);
     }
     settle();
+    if (round.seen > seen_before) last_find = round.rays;
     std::erase_if(targets, [&](ObjectId target) { return !open(target); });
-    if (round.rays == before && k > 16) break;  // nothing to aim at
+    if (round.rays - last_find > kPatience * targets.size()) break;
+    if (round.rays == before && k > kPatience) break;  // nothing to aim at
   }
 }
 
+// A line at the target, and where it is blocked, others past an edge of the blocker.
 void Sampler::State::chase(ObjectId target, const Vec3& eye, const AimPoint& aim) {
   constexpr int kEscapes = 3;
   BlockedAim now{eye, aim, target, {}};
-  for (int k = 0; k <= kEscapes; ++k) {
+  for (int k = 0;; ++k) {
     ++round.rays;
     const Sightline line{now.eye, now.aim.point};
     const auto hit = check.first_hit(line);
     if (!hit || hit->object == target) {
-      if (credit(target, line, margin) || !hit) return;
-      credit_hit(hit->triangle, line, margin);
+      credit(target, line);
       return;
     }
-    credit_hit(hit->triangle, line, margin);
+    credit_hit(*hit, line);
     now.blocker = *hit;
-    if (k < kEscapes && !escape(*scene, cell, random, now)) return;
+    if (k == kEscapes || !escape(*scene, cell, margin, random, now)) return;
   }
 }
 
 void Sampler::State::aim_past_blockers(std::vector<ObjectId>& targets, std::uint64_t budget) {
   const std::uint64_t end = round.rays + budget;
+  std::uint64_t last_find = round.rays;
   for (std::uint64_t k = 0; round.rays < end && !targets.empty(); ++k) {
+    const std::uint32_t seen_before = round.seen;
     for (const ObjectId target : targets) {
       if (round.rays >= end) break;
       if (!open(target)) continue;
-      const Vec3 eye = viewpoint(cell, random.below(24), random);
-      const auto aim = k % 3 == 0 ? aims.corner(target, random.below(8), eye, margin)
-                                  : aims.anywhere(target, random, eye, margin);
-      if (aim)
+      const Vec3 eye = viewpoint(cell, random.below(kViewpoints), random);
+      if (const auto aim = draw(target, k, eye))
         chase(target, eye, *aim);
       else
         ++round.rays;
     }
+    if (round.seen > seen_before) last_find = round.rays;
     std::erase_if(targets, [&](ObjectId target) { return !open(target); });
+    if (round.rays - last_find > kPatience * targets.size()) break;
   }
 }
 
@@ -210,7 +238,7 @@ void Sampler::begin(const Cell& cell, std::uint64_t seed, double near_m) {
   double reach = s.check.radius();
   for (int k = 0; k < 8; ++k) reach = std::max(reach, length(cell.corner(k) - s.check.origin()));
   s.margin = s.check.margin_for(reach);
-  s.wide_margin = std::max(s.margin, RayScene::float_error(reach + s.check.radius()));
+  s.float_margin = std::max(s.margin, 32 * 0x1p-24 * reach);
   for (std::uint32_t o = 0; o < s.skip.size(); ++o)
     s.skip[o] = s.scene->object(ObjectId{o}).occludee == 0;
   s.seen = VisibleSet::none(s.scene->object_count());
@@ -219,13 +247,17 @@ void Sampler::begin(const Cell& cell, std::uint64_t seed, double near_m) {
 
 SamplingRound Sampler::look_around(std::uint64_t rays) {
   State& s = *state_;
-  const double far = 4 * (s.check.radius() + 1);
-  for (std::uint64_t done = 0; done < rays;) {
-    const Vec3 eye = viewpoint(s.cell, s.random.below(24), s.random);
-    for (std::size_t i = 0; i < RayScene::kBatch / 4 && done < rays; ++i, ++done)
-      s.add(eye, eye + direction(s.random) * far, kNoAim);
+  const double far = 4 * (s.check.radius() + length(s.cell.center() - s.check.origin()));
+  std::vector<SightCheck::Hit> passed;
+  for (std::uint64_t k = 0; k < rays; ++k, ++s.round.rays) {
+    const Vec3 eye = viewpoint(s.cell, s.random.below(kViewpoints), s.random);
+    const Sightline line{eye, eye + direction(s.random) * far};
+    const auto hit = s.check.first_hit(line);
+    if (hit) s.credit_hit(*hit, line);
+    passed.clear();
+    s.check.passed(line, hit ? hit->t : 1, passed);
+    for (const SightCheck::Hit& p : passed) s.credit_hit(p, line);
   }
-  s.settle();
   return s.finish();
 }
 
@@ -235,48 +267,53 @@ SamplingRound Sampler::aim(const VisibleSet& targets, std::uint64_t rays) {
   targets.for_each([&](ObjectId id) {
     if (s.open(id)) open.push_back(id);
   });
-  s.aim_plainly(open, rays - rays / 4);
-  s.aim_past_blockers(open, rays / 4);
+  const std::uint64_t past_blockers = rays / kPastBlockers;
+  s.aim_plainly(open, rays - past_blockers);
+  s.aim_past_blockers(open, past_blockers);
   return s.finish();
 }
 
 SamplingRound Sampler::consider(const Vec3& eye, std::span<const SightCandidate> candidates) {
   State& s = *state_;
   for (const SightCandidate& c : candidates)
-    s.credit_hit(c.triangle, {eye, eye + c.direction}, s.wide_margin);
+    s.credit_candidate(c.triangle, {eye, eye + c.direction});
   return s.finish();
 }
 
 const VisibleSet& Sampler::seen() const { return state_->seen; }
 const std::vector<Witness>& Sampler::witnesses() const { return state_->witnesses; }
 double Sampler::margin() const { return state_->margin; }
+double Sampler::float_margin() const { return state_->float_margin; }
+
+// Of the objects of `known`; leaves the batch, the set and the list of witnesses as they were.
+std::uint64_t Sampler::State::triangles_seen_from(const Vec3& eye,
+                                                  const std::vector<Witness>& known) {
+  constexpr std::uint64_t kAims = 4;
+  for (const Witness& w : known) skip[index_of(w.object)] = 0;
+  witnesses.clear();
+  for (std::uint64_t k = 0; k < kAims; ++k) {
+    for (const Witness& w : known) {
+      if (!open(w.object)) continue;
+      if (const auto aim = draw(w.object, k, eye)) add({eye, aim->point}, w.object);
+    }
+    settle();
+  }
+  std::uint64_t sum = 0;
+  for (const Witness& w : witnesses) sum += scene->object(w.object).triangle_count;
+  for (const Witness& w : known) skip[index_of(w.object)] = 1;
+  witnesses = known;
+  round = {};
+  return sum;
+}
 
 std::uint64_t Sampler::most_triangles_from_a_point(std::uint32_t viewpoints) {
   State& s = *state_;
-  constexpr int kAims = 4;
   std::uint64_t most = 0;
-  const std::vector<Witness> witnesses = s.witnesses;
-  const std::vector<std::uint8_t> skip = s.skip;
+  const std::vector<Witness> known = s.witnesses;
   for (std::uint32_t v = 0; v < viewpoints; ++v) {
-    const Vec3 eye = v == 0 ? s.cell.center() : viewpoint(s.cell, 9 + v, s.random);
-    for (const Witness& w : witnesses) s.skip[index_of(w.object)] = 0;
-    std::uint64_t sum = 0;
-    s.witnesses.clear();
-    for (int k = 0; k < kAims; ++k) {
-      for (const Witness& w : witnesses) {
-        if (!s.open(w.object)) continue;
-        const auto aim = k % 2 == 0 ? s.aims.corner(w.object, s.random.next(), eye, s.wide_margin)
-                                    : s.aims.anywhere(w.object, s.random, eye, s.wide_margin);
-        if (aim) s.add(eye, aim->point, aim->triangle);
-      }
-      s.settle();
-    }
-    for (const Witness& w : s.witnesses) sum += s.scene->object(w.object).triangle_count;
-    most = std::max(most, sum);
+    const Vec3 eye = v == 0 ? s.cell.center() : viewpoint(s.cell, 8 + v, s.random);
+    most = std::max(most, s.triangles_seen_from(eye, known));
   }
-  s.witnesses = witnesses;
-  s.skip = skip;
-  s.round = {};
   return most;
 }
 

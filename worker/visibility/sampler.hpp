@@ -10,17 +10,11 @@
 // margin. Rays pass through what is not opaque (objects that do not occlude, or move) and note it
 // as seen.
 //
-// The witnesses are the same on every machine, although Embree's arithmetic is not:
-// * Embree only sorts out. Of what its answer suggests, a segment counts if it is robust in double
-//   by a *wide* margin, RayScene::float_error of the farthest point of scene and cell. In float a
-//   point is rounded by 2^-24 of that distance an axis, when the origin is subtracted and again in
-//   the ray's origin and direction, and an edge test is off by a few such roundings; together less
-//   than 8 sqrt(3) of them, so 32 leave room. So a segment that is robust by the wide margin is
-//   found clear, and the triangle at its end is the first hit, whatever the instruction set; and
-//   what is not robust does not count, whatever Embree says. Hence an answer of Embree changes
-//   nothing but the time that is spent.
-// * The rays cast depend on the seed and on the witnesses found before, on no other answer: rays
-//   are turned past the edges of blockers that the check in double names.
+// The witnesses are the same on every machine, although Embree's arithmetic is not: Embree only
+// names a triangle that seems to block a line, and the line is given up if that triangle, checked
+// in double, does; if not, the line is checked in double against everything. Either way a line
+// counts exactly if SightCheck::clear says so, and the next line drawn depends on nothing but the
+// seed and the lines that counted. No bound of Embree's error is needed.
 #pragma once
 
 #include <cstdint>
@@ -42,12 +36,13 @@ struct Witness {
   Vec3 point{0};  // on the object
 };
 
+// A line said to meet a triangle of Scene::all_triangles() first.
 struct SightCandidate {
   std::uint32_t triangle = 0;
   Vec3 direction{0};  // of any length
 };
 
-// What a call of Sampler did. [units] rays: cast with Embree; checks: in double.
+// What a call of Sampler did. [units] rays: lines tried; checks: full ones in double.
 struct SamplingRound {
   std::uint64_t rays = 0, checks = 0;
   std::uint32_t seen = 0;  // objects seen for the first time
@@ -64,15 +59,17 @@ class Sampler {
   // Matter nearer to the eye than near_m proves nothing: segments shorter than that do not count.
   void begin(const Cell& cell, std::uint64_t seed, double near_m);
 
-  // Casts about `rays` rays in all directions from viewpoints all over the cell.
+  // Casts `rays` rays in all directions from viewpoints all over the cell, in double.
   SamplingRound look_around(std::uint64_t rays);
-  // Casts at most `rays` rays at those occludees of `targets` that are not seen yet, in turn, from
-  // corners, edges, faces and inner points of the cell; blocked rays are turned past an edge of
-  // their blocker. Ends early when all targets are seen.
+  // Tries at most about `rays` lines to those occludees of `targets` that are not seen yet, in
+  // turn, to corners, rims and random points of theirs, from corners, edges, faces and inner points
+  // of the cell; an eighth of them are turned past an edge of their blocker, which finds slits.
+  // Ends early when all targets are seen, or when many lines in turn found nothing.
   SamplingRound aim(const VisibleSet& targets, std::uint64_t rays);
 
-  // Considers lines found by other means: from an eye in the cell, in a direction that is said to
-  // meet a triangle of Scene::all_triangles() first. Those that are robust count.
+  // Considers lines from an eye in the cell, found by other means, in float. One counts if it ends
+  // inside its triangle, even as seen from the eye, and clears all else, by float_margin(): a line
+  // that does is found by any arithmetic in float, so that those that count do not depend on it.
   SamplingRound consider(const Vec3& eye, std::span<const SightCandidate> candidates);
 
   // Occludees seen so far, whether or not they were targets.
@@ -86,6 +83,10 @@ class Sampler {
 
   // [units] scene units. What a witness must clear all other matter by.
   double margin() const;
+  // [units] scene units. 32 * 2^-24 of the distance of the farthest point of scene and cell from
+  // the scene's centre. In float a point is rounded by 2^-24 of that an axis, when the origin is
+  // subtracted and again in a ray's origin and direction, and an edge test is off by a few more.
+  double float_margin() const;
 
  private:
   struct State;

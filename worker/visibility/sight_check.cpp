@@ -167,10 +167,10 @@ PVSFARM_DISPATCH void find_first(const Matter& m, const Sightline& line, double 
   });
 }
 
-std::vector<std::uint32_t> opaque_triangles(const Scene& scene) {
+std::vector<std::uint32_t> triangles_of(const Scene& scene, bool opaque) {
   std::vector<std::uint32_t> chosen;
   for (const ObjectRecord& object : scene.objects()) {
-    if (!object.occluder || object.dynamic) continue;
+    if ((object.occluder && !object.dynamic) != opaque) continue;
     for (std::uint32_t i = 0; i < object.triangle_count; ++i)
       chosen.push_back(static_cast<std::uint32_t>(object.first_triangle) + i);
   }
@@ -204,7 +204,8 @@ double SeenTriangle::depth_inside(const Vec3& p) const {
 
 SightCheck::SightCheck(std::shared_ptr<const Scene> scene)
     : scene_(std::move(scene)),
-      tree_(*scene_, opaque_triangles(*scene_), center_of(*scene_)),
+      tree_(*scene_, triangles_of(*scene_, true), center_of(*scene_)),
+      passable_(*scene_, triangles_of(*scene_, false), center_of(*scene_)),
       one_sided_(scene_->all_triangles().size() / 8 + 1) {
   for (const ObjectRecord& object : scene_->objects()) {
     if (object.two_sided) continue;
@@ -238,6 +239,20 @@ std::optional<SightCheck::Hit> SightCheck::first_hit(const Sightline& line) cons
              triangle);
   if (nearest == kNever) return {};
   return Hit{object_of(triangle), triangle, nearest};
+}
+
+bool SightCheck::meets(const Sightline& line, std::uint32_t triangle) const {
+  const Vec3 d = line.point - line.eye;
+  return meeting(SeenTriangle(*scene_, triangle, line.eye), bit(one_sided_, triangle), d) <= 1;
+}
+
+void SightCheck::passed(const Sightline& line, double t_max, std::vector<Hit>& hits) const {
+  const Vec3 from = line.eye - origin(), d = line.point - line.eye;
+  walk<false>(passable_, box_query(from, d, margin_for(length(from))), [&](std::uint32_t t) {
+    const double at = meeting(SeenTriangle(*scene_, t, line.eye), bit(one_sided_, t), d);
+    if (at < t_max) hits.push_back({object_of(t), t, at});
+    return t_max;
+  });
 }
 
 std::vector<SightCheck::Near> SightCheck::nearest(const Sightline& line, ObjectId ignored,

@@ -7,7 +7,7 @@
 // slab of the margin about its plane, cut by its edges moved outwards by the margin; it holds every
 // point within the margin of the triangle, and more at sharp corners.
 // Only +, -, *, / and square roots, uncontracted: the same answer on every machine.
-// Threads: const after construction. No query but nearest() allocates.
+// Threads: const after construction. No query that gives a bool allocates.
 #pragma once
 
 #include <cstdint>
@@ -72,8 +72,13 @@ class SightCheck {
   bool clear(const Sightline& line, ObjectId ignored, double margin) const;
   // The same but for one triangle, which alone does not count.
   bool clear_but_for(const Sightline& line, std::uint32_t triangle, double margin) const;
+  // The segment meets this triangle, which is opaque; no margin. Then it is not clear().
+  bool meets(const Sightline& line, std::uint32_t triangle) const;
   // The opaque triangle that the segment meets first, with no margin.
   std::optional<Hit> first_hit(const Sightline& line) const;
+  // Appends the triangles of all other matter, which one sees through, that the segment meets
+  // before t_max; in no order.
+  void passed(const Sightline& line, double t_max, std::vector<Hit>& hits) const;
   // The `count` opaque triangles nearest to the segment, nearest first, one an object; slow.
   std::vector<Near> nearest(const Sightline& line, ObjectId ignored, std::size_t count) const;
 
@@ -93,7 +98,7 @@ class SightCheck {
                         double margin) const;
 
   std::shared_ptr<const Scene> scene_;
-  TriangleTree tree_;
+  TriangleTree tree_, passable_;
   std::vector<std::uint8_t> one_sided_;  // a bit a triangle
   double radius_ = 0;
 };
