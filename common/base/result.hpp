@@ -19,6 +19,7 @@ enum class ErrorKind : int {
   kRuntime = 4,
   kUnsupported = 5,
   kIncomplete = 6,
+  kViolation = 7,  // something declared hidden was seen
   kInterrupted = 130,
 };
 

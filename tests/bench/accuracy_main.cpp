@@ -33,7 +33,7 @@ struct Options {
 Status print_culling(const Options& options) {
   const auto scene = make_bench_scene(options.generator, options.size, options.cell_size_m);
   if (!scene.ok()) return scene.error();
-  const std::vector<RootCell> cells = spread_sample(scene->cells, options.cells, options.seed);
+  const std::vector<RootCell> cells = sample_cells(scene->cells, options.cells, options.seed);
   const auto culling =
       measure_culling(*scene, cells, options.evaluator, options.rays, options.seed);
   if (!culling.ok()) return culling.error();
@@ -49,7 +49,7 @@ Status print_culling(const Options& options) {
 Status print_speed(const Options& options) {
   const auto scene = make_bench_scene(options.generator, options.size, options.cell_size_m);
   if (!scene.ok()) return scene.error();
-  const std::vector<RootCell> cells = spread_sample(scene->cells, options.cells, options.seed);
+  const std::vector<RootCell> cells = sample_cells(scene->cells, options.cells, options.seed);
   const auto speed = measure_evaluation(scene->scene, cells, options.evaluator);
   if (!speed.ok()) return speed.error();
   std::printf("| %s | %d | %.1f | %.1f | %.1f | `%.12s` |\n", to_string(options.evaluator.raster),
@@ -61,7 +61,7 @@ Status print_speed(const Options& options) {
 Status print_sampling(const Options& options) {
   const auto scene = make_bench_scene(options.generator, options.size, options.cell_size_m);
   if (!scene.ok()) return scene.error();
-  const std::vector<RootCell> cells = spread_sample(scene->cells, options.cells, options.seed);
+  const std::vector<RootCell> cells = sample_cells(scene->cells, options.cells, options.seed);
   const auto sampling = measure_sampling(*scene, cells,
                                          {.evaluator = options.evaluator,
                                           .rays = options.budgets,
@@ -95,7 +95,7 @@ Status print_farm(const Options& options) {
   const std::size_t counts[] = {kFewCells, options.cells};
   const std::string names[] = {"/few", "/many"};
   for (int part = 0; part < 2; ++part) {
-    const auto cells = spread_sample(scene->cells, counts[part], options.seed);
+    const auto cells = sample_cells(scene->cells, counts[part], options.seed);
     const Status written =
         write_scene({scene->source, cells}, options.work_folder + names[part] + ".obj");
     if (!written.ok()) return written;

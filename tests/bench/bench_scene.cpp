@@ -1,10 +1,9 @@
 #include "tests/bench/bench_scene.hpp"
 
-#include <algorithm>
 #include <utility>
 
-#include "common/base/random.hpp"
 #include "common/scene/scene_build.hpp"
+#include "coordinator/chart/sample.hpp"
 #include "coordinator/generate/generate.hpp"
 
 namespace pvsfarm::bench {
@@ -55,22 +54,10 @@ Result<BenchScene> make_bench_scene(const std::string& kind, int size, double ce
   return BenchScene{std::move(generated->source), std::move(*scene), std::move(generated->cells)};
 }
 
-std::vector<RootCell> spread_sample(const std::vector<RootCell>& cells, std::size_t count,
-                                    std::uint64_t seed) {
-  Box bounds;
-  for (const RootCell& cell : cells) bounds.add(cell.cell.center());
-  std::vector<std::pair<std::uint64_t, std::size_t>> order;
-  for (std::size_t i = 0; i < cells.size(); ++i)
-    order.emplace_back(morton_code(cells[i].cell.center(), bounds), i);
-  std::sort(order.begin(), order.end());
-
-  count = std::min(count, cells.size());
-  Random random(seed);
+std::vector<RootCell> sample_cells(const std::vector<RootCell>& cells, std::size_t count,
+                                   std::uint64_t seed) {
   std::vector<RootCell> sample;
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::size_t first = k * cells.size() / count, last = (k + 1) * cells.size() / count;
-    sample.push_back(cells[order[first + random.below(last - first)].second]);
-  }
+  for (const std::uint32_t i : spread_sample(cells, count, seed)) sample.push_back(cells[i]);
   return sample;
 }
 

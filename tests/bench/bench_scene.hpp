@@ -24,10 +24,9 @@ struct BenchScene {
 // places a side; 0 for the generator's own.
 Result<BenchScene> make_bench_scene(const std::string& kind, int size, double cell_size_m);
 
-// `count` of the cells, spread evenly: the cells along a Morton curve are cut into `count` runs of
-// equal length, and one cell of each is drawn.
-std::vector<RootCell> spread_sample(const std::vector<RootCell>& cells, std::size_t count,
-                                    std::uint64_t seed);
+// `count` of the cells, spread evenly (coordinator/chart/sample.hpp).
+std::vector<RootCell> sample_cells(const std::vector<RootCell>& cells, std::size_t count,
+                                   std::uint64_t seed);
 
 std::uint64_t triangles_in(const Scene& scene, const VisibleSet& set);
 

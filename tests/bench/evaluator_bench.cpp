@@ -18,7 +18,7 @@ const BenchScene& city() {
 
 void evaluate_city(benchmark::State& state, RasterKind raster) {
   const BenchScene& bench = city();
-  const std::vector<RootCell> cells = spread_sample(bench.cells, kCells, 1);
+  const std::vector<RootCell> cells = sample_cells(bench.cells, kCells, 1);
   const VisibleSet parent = all_occludees(*bench.scene);
   const EvaluatorSettings settings{.raster = raster};
   std::vector<VisibleSet> expected;

@@ -34,6 +34,7 @@ inline constexpr FolderRow kFolders[] = {
     {"worker", "common/ worker/"},
     {"coordinator/generate", "common/base common/geometry common/scene common/cells"},
     {"coordinator/picture", "common/base common/geometry common/scene common/cells common/pvs"},
+    {"coordinator/chart", "common/base common/geometry common/scene common/cells common/pvs"},
     {"coordinator/tree", "common/base common/geometry common/scene common/cells common/pvs"},
     {"coordinator/board", "common/base common/geometry common/cells common/pvs coordinator/tree"},
     {"coordinator/merger",
