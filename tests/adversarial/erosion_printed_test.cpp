@@ -44,6 +44,13 @@ TEST(Erosion, by_the_gate_keeps_thin_walls_that_the_whole_cell_erodes_away) {
   EXPECT_FALSE(hides_by_erosion(scene, Source::kCell));
 }
 
+TEST(Erosion, a_wall_behind_the_object_or_through_it_hides_nothing) {
+  for (const std::int64_t x : {500, 520, 600})
+    for (const Source source : {Source::kCell, Source::kSupportingSegment, Source::kGate})
+      EXPECT_FALSE(hides_by_erosion(
+          {{{-10, -10}, {10, 10}}, {{500, -10}, {520, 10}}, {{{x, -400}, {x + 50, 400}}}}, source));
+}
+
 TEST(Erosion, two_walls_that_only_together_hide_are_fused) {
   ErosionScene scene{{{-2, -10}, {0, 10}}, {{500, -100}, {520, 100}}, {}};
   scene.walls = {{{100, -40}, {140, 14}}, {{200, -14}, {240, 70}}};

@@ -4,6 +4,7 @@
 //   PVSFARM_SCENES=N   N random surfaces instead
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <iostream>
 
 #include "tests/adversarial/reference/scene_count.hpp"
@@ -117,6 +118,49 @@ TEST(Shield, a_perturbed_hull_must_contain_the_old_one) {
             ShieldAnswer::kHidden);
   EXPECT_EQ(walk_perturbed(plate_from(-50), kLowCell, kHighCell, good, Perturbation::kChecked),
             ShieldAnswer::kHidden);
+}
+
+// Every corner moved by up to 6 steps so that it is outside its cell; if `sideways`, never towards
+// smaller y.
+Corners random_moves(const IntBox& cell, bool sideways, Random& random) {
+  Corners moves;
+  for (int k = 0; k < 8; ++k)
+    for (bool outside = false; !outside;) {
+      for (int axis = 0; axis < 3; ++axis) {
+        moves[k][axis] = static_cast<std::int64_t>(random.below(13)) - 6;
+        if (sideways && axis == 1) moves[k][axis] = std::abs(moves[k][axis]);
+        const std::int64_t at = cell.corner(k)[axis] + moves[k][axis];
+        outside |= at < cell.lo[axis] || at > cell.hi[axis];
+      }
+    }
+  return moves;
+}
+
+TEST(ShieldInBulk, a_checked_perturbation_is_never_caught_and_the_printed_one_is) {
+  int hidden[2] = {0, 0}, caught[2] = {0, 0};
+  for (std::uint64_t seed = 1; seed <= scene_count(kSurfaces); ++seed) {
+    Random random(seed);
+    const bool sideways = random.below(2) == 0;
+    CellMoves moves{random_moves(kLowCell, sideways, random),
+                    random_moves(kHighCell, sideways, random)};
+    if (random.below(4) == 0) moves = {outward_moves(), outward_moves()};
+    const std::int64_t y0 = static_cast<std::int64_t>(random.below(16)) - 9;
+    const TriangleMesh plate = plate_from(y0);
+    const bool seen = clear(plate, {{500, 0, -1000}}, {{500, 0, 1000}});
+    EXPECT_EQ(seen, y0 > 0);
+    for (const Perturbation form : {Perturbation::kAsPrinted, Perturbation::kChecked}) {
+      const bool ours = form == Perturbation::kChecked;
+      const bool says =
+          walk_perturbed(plate, kLowCell, kHighCell, moves, form) == ShieldAnswer::kHidden;
+      hidden[ours] += says;
+      caught[ours] += says && seen;
+      EXPECT_FALSE(ours && says && seen) << "scene " << seed;
+    }
+  }
+  std::cout << "hidden, of these seen: any move outside " << hidden[0] << ", " << caught[0]
+            << "; cells that hold the old ones " << hidden[1] << ", " << caught[1] << '\n';
+  EXPECT_GT(caught[0], 0);
+  EXPECT_GT(hidden[1], 50);
 }
 
 // Case 42.
