@@ -2,6 +2,7 @@
 
 #include <embree3/rtcore.h>
 
+#include <algorithm>
 #include <array>
 
 #include "common/base/check.hpp"
@@ -68,6 +69,7 @@ RayScene::RayScene(const Scene& scene, const Vec3& origin, const std::string& co
     : state_(std::make_unique<State>()) {
   State& s = *state_;
   s.origin = origin;
+  if (config == kWithoutEmbree) return;
   s.device = rtcNewDevice(("threads=1" + (config.empty() ? "" : "," + config)).c_str());
   PVS_CHECK(s.device != nullptr);
   s.embree = rtcNewScene(s.device);
@@ -78,6 +80,7 @@ RayScene::RayScene(const Scene& scene, const Vec3& origin, const std::string& co
 }
 
 RayScene::~RayScene() {
+  if (state_->device == nullptr) return;
   rtcReleaseScene(state_->embree);
   rtcReleaseDevice(state_->device);
 }
@@ -87,6 +90,10 @@ void RayScene::name_blockers(std::span<const Sightline> lines, std::span<std::ui
   constexpr double kShort = 1e-5;
   State& s = *state_;
   PVS_CHECK_LE(lines.size(), kBatch);
+  if (s.device == nullptr) {
+    std::fill_n(triangles.begin(), lines.size(), kNoTriangle);
+    return;
+  }
   const auto count = static_cast<unsigned>(lines.size());
   for (unsigned i = 0; i < count; ++i) {
     const Vec3 from = lines[i].eye - s.origin, d = lines[i].point - lines[i].eye;

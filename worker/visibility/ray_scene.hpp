@@ -23,7 +23,9 @@ class RayScene {
   static constexpr std::uint32_t kNoTriangle = 0xffffffffu;
   static constexpr std::size_t kBatch = 256;
 
-  // Places are held relative to `origin`. `config`: for the device, as "isa=sse2".
+  // Places are held relative to `origin`. `config`: for the device, as "isa=sse2", or
+  // kWithoutEmbree: then no blocker is ever named.
+  static constexpr const char* kWithoutEmbree = "none";
   RayScene(const Scene& scene, const Vec3& origin, const std::string& config);
   ~RayScene();
 

@@ -51,7 +51,7 @@ struct SamplingRound {
 // Threads: one object, one thread.
 class Sampler {
  public:
-  // `embree_config`: for tests of that claim, as "isa=sse2"; nothing else should need it.
+  // `embree_config`: for tests of that claim, as "isa=sse2" or "none".
   explicit Sampler(std::shared_ptr<const Scene> scene, const std::string& embree_config = {});
   ~Sampler();
 
