@@ -189,6 +189,11 @@ CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const Visibl
   return delta;
 }
 
+std::span<const Witness> Evaluator::witnesses() const {
+  if (!state_->sampler) return {};
+  return state_->sampler->witnesses();
+}
+
 VisibleSet all_occludees(const Scene& scene) {
   VisibleSet set = VisibleSet::all(scene.object_count());
   for (std::uint32_t i = 0; i < scene.object_count(); ++i)

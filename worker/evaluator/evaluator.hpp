@@ -10,6 +10,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 
 #include "common/cells/cell.hpp"
 #include "common/pvs/delta.hpp"
@@ -19,6 +20,7 @@
 #include "common/scene/scene.hpp"
 #include "worker/evaluator/cascade.hpp"
 #include "worker/evaluator/evidence.hpp"
+#include "worker/visibility/sampler.hpp"
 
 namespace pvsfarm {
 
@@ -36,6 +38,9 @@ class Evaluator {
   // `evidence`, if any, is told what settled its object, which must be in `parent`.
   CellDelta evaluate(const CellKey& key, const Cell& cell, const VisibleSet& parent,
                      Evidence* evidence = nullptr);
+  // Of the last evaluation, one for each object of its seen set, perhaps more. Valid until the
+  // next.
+  std::span<const Witness> witnesses() const;
 
  private:
   struct State;

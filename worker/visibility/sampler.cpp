@@ -67,6 +67,7 @@ struct Sampler::State {
   void note(ObjectId object, const Sightline& line);
   void add(const Sightline& line, ObjectId target);
   void settle();
+  void settle_far();
   bool credit(ObjectId object, const Sightline& line);
   void credit_candidate(std::uint32_t triangle, const Sightline& line);
   void credit_hit(const SightCheck::Hit& hit, const Sightline& line);
@@ -245,18 +246,34 @@ void Sampler::begin(const Cell& cell, std::uint64_t seed, double near_m) {
   s.witnesses.clear();
 }
 
+// Rays in all directions: Embree names what each meets first, and only the first of an object is
+// checked.
+void Sampler::State::settle_far() {
+  rays.name_blockers(lines, blockers);
+  round.rays += lines.size();
+  std::vector<SightCheck::Hit> met;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    double end = 1;
+    if (blockers[i] != RayScene::kNoTriangle) {
+      credit_candidate(blockers[i], lines[i]);
+      const SeenTriangle t(*scene, blockers[i], lines[i].eye);
+      const double at = dot(t.normal, t.corner[0]) / dot(t.normal, lines[i].point - lines[i].eye);
+      if (at >= 0 && at <= 1) end = at;
+    }
+    met.clear();
+    check.passed(lines[i], end, met);
+    for (const SightCheck::Hit& hit : met) credit_hit(hit, lines[i]);
+  }
+  lines.clear();
+}
+
 SamplingRound Sampler::look_around(std::uint64_t rays) {
   State& s = *state_;
   const double far = 4 * (s.check.radius() + length(s.cell.center() - s.check.origin()));
-  std::vector<SightCheck::Hit> passed;
-  for (std::uint64_t k = 0; k < rays; ++k, ++s.round.rays) {
+  for (std::uint64_t k = 0; k < rays; ++k) {
     const Vec3 eye = viewpoint(s.cell, s.random.below(kViewpoints), s.random);
-    const Sightline line{eye, eye + direction(s.random) * far};
-    const auto hit = s.check.first_hit(line);
-    if (hit) s.credit_hit(*hit, line);
-    passed.clear();
-    s.check.passed(line, hit ? hit->t : 1, passed);
-    for (const SightCheck::Hit& p : passed) s.credit_hit(p, line);
+    s.lines.push_back({eye, eye + direction(s.random) * far});
+    if (s.lines.size() == RayScene::kBatch || k + 1 == rays) s.settle_far();
   }
   return s.finish();
 }
