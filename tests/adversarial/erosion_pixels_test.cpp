@@ -1,7 +1,7 @@
 // Erosion on pixels: sampling at the middles closes slits and loses small objects; covering wholly
 // and touching do not.
 //
-//   PVSFARM_SCENES=N   N random scenes instead
+//   PVSFARM_SCENES=N   at least N random scenes
 #include <gtest/gtest.h>
 
 #include <iostream>

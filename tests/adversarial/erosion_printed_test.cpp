@@ -2,7 +2,7 @@
 // of a contour by a segment beside the origin. Each calls what is seen hidden; the gate, all of the
 // object, and the moved contour do not. All decisions are in integers.
 //
-//   PVSFARM_SCENES=N   N random scenes a test instead
+//   PVSFARM_SCENES=N   at least N random scenes a test
 #include <gtest/gtest.h>
 
 #include <iostream>

@@ -1,7 +1,7 @@
 // Hoops as printed: the shadow octree of either table, and the shadow without a rear, colour
 // visible space black. Corrected, they do not. All decisions are in integers.
 //
-//   PVSFARM_SCENES=N   N random pairs of hoops, and 20 N random loops, instead
+//   PVSFARM_SCENES=N   at least N random pairs of hoops, and 20 N random loops
 #include <gtest/gtest.h>
 
 #include <iostream>

@@ -2,7 +2,7 @@
 // cell it does not. The occluder is one convex polygon, so visibility has an exact answer: hidden
 // if and only if every segment between vertices is blocked.
 //
-//   PVSFARM_SCENES=N   N random scenes instead
+//   PVSFARM_SCENES=N   at least N random scenes
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -2,7 +2,7 @@
 // views from the vertices of the cell. The product's own projecting and rasterising, without the
 // split of rule V, call what is seen hidden; with it they do not.
 //
-//   PVSFARM_SCENES=N   N random scenes instead
+//   PVSFARM_SCENES=N   at least N random scenes
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,7 +1,7 @@
 // ShieldTester as printed calls visible cells hidden, twice over; the corrected forms do not.
 // Everything is decided in integers: a witness segment here is a proof.
 //
-//   PVSFARM_SCENES=N   N random surfaces instead
+//   PVSFARM_SCENES=N   at least N random scenes a test
 #include <gtest/gtest.h>
 
 #include <cstdlib>
