@@ -85,6 +85,8 @@ RayScene::~RayScene() {
   rtcReleaseDevice(state_->device);
 }
 
+bool RayScene::has_embree() const { return state_->device != nullptr; }
+
 void RayScene::name_blockers(std::span<const Sightline> lines, std::span<std::uint32_t> triangles) {
   // A ray stops this part of its length before the point it is aimed at.
   constexpr double kShort = 1e-5;

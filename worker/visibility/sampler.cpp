@@ -246,13 +246,17 @@ void Sampler::begin(const Cell& cell, std::uint64_t seed, double near_m) {
   s.witnesses.clear();
 }
 
-// Rays in all directions: Embree names what each meets first, and only the first of an object is
-// checked.
+// Rays in all directions: Embree names what each meets first, and only what would be new is
+// checked. It counts if it is met beyond doubt in float, so that every Embree names it.
 void Sampler::State::settle_far() {
   rays.name_blockers(lines, blockers);
   round.rays += lines.size();
   std::vector<SightCheck::Hit> met;
   for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (!rays.has_embree()) {
+      const auto hit = check.first_hit(lines[i]);
+      blockers[i] = hit ? hit->triangle : RayScene::kNoTriangle;
+    }
     double end = 1;
     if (blockers[i] != RayScene::kNoTriangle) {
       credit_candidate(blockers[i], lines[i]);
