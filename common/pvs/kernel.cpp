@@ -3,7 +3,7 @@
 namespace pvsfarm {
 namespace {
 bool draws_with_mesa(const EvaluatorSettings& settings) {
-  return settings.raster == RasterKind::kOsmesa;
+  return settings.raster == RasterKind::kOsmesa || settings.methods.has(Method::kItemBuffers);
 }
 }  // namespace
 

@@ -1,6 +1,7 @@
 // Candidates for witnesses from rendered views: which triangle is the nearest in every direction
 // from a viewpoint, drawn with OSMesa six pictures a viewpoint. What a pixel shows proves nothing;
-// the sampler checks it (sampler.hpp).
+// the sampler checks it (sampler.hpp). Which pixels show a triangle is Mesa's to say: bakes that
+// use item buffers have equal bytes on machines with the same Mesa and the same kind of processor.
 //
 // Source: item buffers as in every sampled visible set (theory F).
 #pragma once
