@@ -5,6 +5,8 @@
 
 #include "common/base/log.hpp"
 #include "worker/evaluator/evaluator.hpp"
+#include "worker/inquiry/audit.hpp"
+#include "worker/inquiry/explain.hpp"
 #include "worker/render/osmesa_context.hpp"
 #include "worker/service/scene_cache.hpp"
 #include "worker/service/worker.hpp"
@@ -12,11 +14,23 @@
 namespace pvsfarm {
 namespace {
 
-EvaluateCell make_evaluator(std::shared_ptr<const Scene> scene, const EvaluatorSettings& settings) {
+using Scenery = Workshop::Scenery;
+
+EvaluateCell make_evaluator(Scenery scene, const EvaluatorSettings& settings) {
   const auto evaluator = std::make_shared<Evaluator>(std::move(scene), settings, thread_cpu_ms);
   return [evaluator](const CellKey& key, const Cell& cell, const VisibleSet& parent) {
     return evaluator->evaluate(key, cell, parent);
   };
+}
+
+AnswerAudit make_auditor(Scenery scene, const EvaluatorSettings& settings) {
+  const auto auditor = std::make_shared<Auditor>(std::move(scene), settings.near_m);
+  return [auditor](const AuditQuestion& question) { return auditor->audit(question); };
+}
+
+AnswerExplain make_explainer(Scenery scene, const EvaluatorSettings& settings) {
+  const auto explainer = std::make_shared<Explainer>(std::move(scene), settings);
+  return [explainer](const ExplainQuestion& question) { return explainer->explain(question); };
 }
 
 int run(int argc, char** argv) {
@@ -50,7 +64,10 @@ int run(int argc, char** argv) {
   const LogLevel usual = quiet ? LogLevel::kWarning : LogLevel::kInfo;
   set_up_log({.program = "pvsfarm-worker", .level = verbosity > 0 ? LogLevel::kDebug : usual});
   options.kernel.mesa_version = OsmesaContext::mesa_version();
-  return run_worker(options, make_evaluator);
+  return run_worker(options, {.make_evaluator = make_evaluator,
+                              .make_auditor = make_auditor,
+                              .make_explainer = make_explainer,
+                              .has_osmesa = !options.kernel.mesa_version.empty()});
 }
 
 }  // namespace

@@ -5,11 +5,14 @@
 
 #include <cstdint>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "common/base/ids.hpp"
 #include "common/cells/cell.hpp"
+#include "common/pvs/delta.hpp"
 #include "common/pvs/method.hpp"
+#include "common/pvs/settings.hpp"
 #include "common/pvs/visible_set.hpp"
 
 namespace pvsfarm {
@@ -100,5 +103,17 @@ inline constexpr std::size_t kMaxBlockers = 16;
 inline constexpr std::size_t kMaxUnblocked = 16;
 inline constexpr std::size_t kMaxPassedBy = 4;
 inline constexpr std::size_t kMaxExplainedParts = 64;
+
+// A cell evaluated with settings of its own, to measure them.
+struct EvaluateQuestion {
+  CellKey key;
+  Cell cell;
+  VisibleSet parent;
+  EvaluatorSettings settings;
+};
+
+// What is asked of a farm, and its answer: of the kind with the same place in the list.
+using Question = std::variant<AuditQuestion, ExplainQuestion, EvaluateQuestion>;
+using Finding = std::variant<AuditFinding, ExplainFinding, CellDelta>;
 
 }  // namespace pvsfarm

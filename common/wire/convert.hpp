@@ -4,6 +4,7 @@
 #include "common/base/result.hpp"
 #include "common/wire/messages.hpp"
 #include "farm.pb.h"
+#include "inquiry.pb.h"
 
 namespace pvsfarm {
 
@@ -31,12 +32,22 @@ namespace pvsfarm {
   X(StatusGet, Empty, STATUS_GET)              \
   X(StatusReport, StatusReport, STATUS)        \
   X(Control, Control, CONTROL)                 \
-  X(ControlAck, Empty, CONTROL_ACK)
+  X(ControlAck, Empty, CONTROL_ACK)            \
+  X(Inquiry, Inquiry, INQUIRY)                 \
+  X(FindingBegin, FindingBegin, FINDING_BEGIN)
 
 #define PVSFARM_DECLARE(Plain, Proto, Type)             \
   void pack(const Plain& plain, proto::Proto& message); \
   Status unpack(const proto::Proto& message, Plain& plain);
 PVSFARM_MESSAGES(PVSFARM_DECLARE)
 #undef PVSFARM_DECLARE
+
+// Parts of messages that are in several of them.
+void pack_key(const CellKey& key, proto::CellKey& out);
+void pack_cell(const Cell& cell, proto::Cell& out);
+void pack_set(const ParentSet& set, proto::ParentSet& out);
+bool unpack_key(const proto::CellKey& in, CellKey& out);
+bool unpack_cell(const proto::Cell& in, Cell& out);
+bool unpack_set(const proto::ParentSet& in, ParentSet& out);
 
 }  // namespace pvsfarm

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -25,6 +26,7 @@ inline constexpr std::size_t kMaxHeaderBytes = 4 * 1024;
 inline constexpr std::size_t kMaxBodyBytes = 1024 * 1024;
 inline constexpr std::size_t kChunkBytes = 256 * 1024;  // of a blob or a result
 inline constexpr std::size_t kMaxTaskCells = 256;
+inline constexpr std::size_t kMaxInquirySets = 2 * kMaxTaskCells;
 inline constexpr std::size_t kMaxInlineParentBytes = 512 * 1024;  // of a task; the rest by digest
 inline constexpr std::size_t kMaxResultBytes = 256 * 1024 * 1024;
 inline constexpr std::size_t kMaxTextBytes = 2048;
@@ -80,7 +82,29 @@ struct Task {
   LeaseId lease{};
   std::uint32_t attempt = 0;
   std::vector<ParentSet> parents;
-  std::vector<TaskCell> cells;  // [limit] 1 .. kMaxTaskCells
+  std::vector<TaskCell> cells;                // [limit] 1 .. kMaxTaskCells
+  std::optional<EvaluatorSettings> settings;  // of this task alone; none: those of WELCOME
+};
+
+// Questions beside the evaluation of cells (common/pvs/inquiry.hpp): audits, or one explanation.
+struct AuditAsked {
+  CellKey key;
+  Cell cell;
+  std::uint32_t visible = 0, suspects = 0;  // into Inquiry::sets
+  std::uint64_t seed = 0, rays = 0;
+};
+struct ExplainAsked {
+  CellKey key;
+  Cell cell;
+  std::uint32_t parent = 0;  // into Inquiry::sets
+  ObjectId object{};
+};
+struct Inquiry {
+  LeaseId lease{};
+  std::uint32_t attempt = 0;
+  std::vector<ParentSet> sets;
+  std::vector<AuditAsked> audits;  // [limit] kMaxTaskCells; none with `explain`
+  std::optional<ExplainAsked> explain;
 };
 
 struct Heartbeat {
@@ -106,6 +130,17 @@ struct ResultBegin {
   LeaseId lease{};
   std::uint64_t bytes = 0;  // of all sets: of each delta the hidden set, then the seen one
   std::vector<DeltaHead> deltas;
+};
+// The answers to the first questions of an inquiry; their bytes (finding_bytes.hpp) follow in
+// RESULT_CHUNKs.
+struct FindingHead {
+  std::uint64_t bytes = 0;
+  double cpu_ms = 0;
+};
+struct FindingBegin {
+  LeaseId lease{};
+  std::uint64_t bytes = 0;  // of all of them
+  std::vector<FindingHead> findings;
 };
 struct ResultChunk {
   LeaseId lease{};
@@ -178,7 +213,7 @@ struct ControlAck {};
 using Message =
     std::variant<Hello, Welcome, Reject, Task, Heartbeat, HeartbeatAck, ResultBegin, ResultChunk,
                  ResultEnd, ResultAck, TaskFailed, BlobGet, BlobChunk, Cancel, Drain, Draining, Bye,
-                 Shutdown, StatusGet, StatusReport, Control, ControlAck>;
+                 Shutdown, StatusGet, StatusReport, Control, ControlAck, Inquiry, FindingBegin>;
 
 // What a header says beside the type and the checksum.
 struct Envelope {

@@ -20,6 +20,8 @@ void pack_vec(const Vec3& v, Out* out) {
   for (int a = 0; a < 3; ++a) out->Add(v[a]);
 }
 
+}  // namespace
+
 void pack_key(const CellKey& key, proto::CellKey& out) {
   out.set_root(key.root);
   out.set_path(key.path);
@@ -33,6 +35,19 @@ void pack_cell(const Cell& cell, proto::Cell& out) {
   pack_vec(cell.lo, out.mutable_lo());
   pack_vec(cell.hi, out.mutable_hi());
 }
+
+void pack_set(const ParentSet& set, proto::ParentSet& out) {
+  if (set.all) {
+    out.set_all(true);
+  } else if (set.set_bytes == 0) {
+    out.set_set(bytes_of(set.set));
+  } else {
+    out.set_digest(bytes_of(set.digest.bytes));
+    out.set_set_bytes(set.set_bytes);
+  }
+}
+
+namespace {
 
 void pack_settings(const EvaluatorSettings& settings, proto::EvaluatorSettings& out) {
   out.set_raster(settings.raster == RasterKind::kOsmesa ? proto::RASTER_OSMESA
@@ -104,23 +119,14 @@ void pack(const Task& plain, proto::Task& message) {
   PVS_CHECK_LE(plain.cells.size(), kMaxTaskCells);
   message.set_lease(raw(plain.lease));
   message.set_attempt(plain.attempt);
-  for (const ParentSet& parent : plain.parents) {
-    proto::ParentSet& out = *message.add_parents();
-    if (parent.all) {
-      out.set_all(true);
-    } else if (parent.set_bytes == 0) {
-      out.set_set(bytes_of(parent.set));
-    } else {
-      out.set_digest(bytes_of(parent.digest.bytes));
-      out.set_set_bytes(parent.set_bytes);
-    }
-  }
+  for (const ParentSet& parent : plain.parents) pack_set(parent, *message.add_parents());
   for (const TaskCell& cell : plain.cells) {
     proto::TaskCell& out = *message.add_cells();
     pack_key(cell.key, *out.mutable_key());
     pack_cell(cell.cell, *out.mutable_cell());
     out.set_parent(cell.parent);
   }
+  if (plain.settings) pack_settings(*plain.settings, *message.mutable_settings());
 }
 
 void pack(const Heartbeat& plain, proto::Heartbeat& message) {

@@ -36,6 +36,8 @@ bool unpack_vec(const Repeated& in, int first, Vec3& out) {
   return true;
 }
 
+}  // namespace
+
 bool unpack_key(const proto::CellKey& in, CellKey& out) {
   out = {in.root(), in.path()};
   return out.path != 0 && out.depth() <= 62;
@@ -55,6 +57,8 @@ bool unpack_cell(const proto::Cell& in, Cell& out) {
   }
   return out.lo.x <= out.hi.x && out.lo.y <= out.hi.y && out.lo.z <= out.hi.z;
 }
+
+namespace {
 
 bool unpack_settings(const proto::EvaluatorSettings& in, EvaluatorSettings& out) {
   if (!proto::Raster_IsValid(in.raster()) || in.resolution_px() > 1024 ||
@@ -98,7 +102,9 @@ bool unpack_statistics(const proto::Statistics& in, CellStatistics& out) {
   return std::isfinite(out.cpu_ms) && out.cpu_ms >= 0;
 }
 
-bool unpack_parent(const proto::ParentSet& in, ParentSet& out) {
+}  // namespace
+
+bool unpack_set(const proto::ParentSet& in, ParentSet& out) {
   switch (in.source_case()) {
     case proto::ParentSet::kAll:
       out.all = true;
@@ -114,6 +120,8 @@ bool unpack_parent(const proto::ParentSet& in, ParentSet& out) {
       return false;
   }
 }
+
+namespace {
 
 template <class Repeated>
 bool unpack_leases(const Repeated& in, std::vector<LeaseId>& out) {
@@ -172,7 +180,7 @@ Status unpack(const proto::Task& in, Task& out) {
   if (static_cast<std::size_t>(in.parents_size()) > cells) return refused("TASK with idle parents");
   out.parents.resize(static_cast<std::size_t>(in.parents_size()));
   for (int i = 0; i < in.parents_size(); ++i)
-    if (!unpack_parent(in.parents(i), out.parents[static_cast<std::size_t>(i)]))
+    if (!unpack_set(in.parents(i), out.parents[static_cast<std::size_t>(i)]))
       return refused("TASK with a damaged parent set");
   for (const proto::TaskCell& cell : in.cells()) {
     TaskCell& to = out.cells.emplace_back();
@@ -181,6 +189,8 @@ Status unpack(const proto::Task& in, Task& out) {
         !unpack_cell(cell.cell(), to.cell))
       return refused("TASK with a damaged cell");
   }
+  if (in.has_settings() && !unpack_settings(in.settings(), out.settings.emplace()))
+    return refused("TASK with bad settings");
   return {};
 }
 

@@ -44,7 +44,7 @@ std::size_t Board::batch_size() const {
   return std::min({static_cast<std::size_t>(std::min(wanted, 1e6)), share, limits_.task_cells});
 }
 
-std::optional<BoardTask> Board::lease(WorkerId id, Millis now) {
+std::optional<BoardTask> Board::lease(WorkerId id, Millis now, const Together& together) {
   const auto worker = workers_.find(id);
   if (worker == workers_.end() || worker->second.draining || pending_.empty() ||
       worker->second.leases.size() >= worker->second.slots * limits_.leases_per_slot)
@@ -54,6 +54,7 @@ std::optional<BoardTask> Board::lease(WorkerId id, Millis now) {
   const std::size_t size = batch_size();
   while (!pending_.empty() && task.cells.size() < size) {
     const CellKey key = *pending_.begin();
+    if (!task.cells.empty() && together && !together(task.cells.front(), key)) break;
     const auto trouble = trouble_.find(key);
     if (trouble != trouble_.end()) {
       if (!task.cells.empty()) break;
@@ -156,6 +157,18 @@ std::vector<BoardLease> Board::expire(Millis now) {
     gone.push_back(id);
   }
   return gone;
+}
+
+std::vector<BoardLease> Board::clear() {
+  std::vector<BoardLease> ran;
+  for (auto& [id, lease] : leases_) {
+    if (!lease.expired) ran.push_back(id);
+    lease.cells.clear();
+    lease.expired = true;
+  }
+  pending_.clear();
+  leased_.clear();
+  return ran;
 }
 
 std::vector<CellKey> Board::take_given_up() { return std::exchange(given_up_, {}); }

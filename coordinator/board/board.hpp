@@ -12,6 +12,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -57,7 +58,9 @@ class Board {
 
   // The next cells for a worker, or none: it holds enough, or nothing is pending.
   // A cell that failed before goes alone, so that it fails alone.
-  std::optional<BoardTask> lease(WorkerId worker, Millis now);
+  // `together`: whether a cell may follow the first of a task.
+  using Together = std::function<bool(const CellKey& first, const CellKey& next)>;
+  std::optional<BoardTask> lease(WorkerId worker, Millis now, const Together& together = nullptr);
   // What a worker says it has. Progress grows while it computes; 0: not begun, which is renewed by
   // the advance of what runs before it: tell of that first. False: the lease is not held (any
   // more).
@@ -72,6 +75,9 @@ class Board {
   void fail(BoardLease lease, Failure failure);
   // Takes back what was not renewed in time. Returns the leases, to be cancelled at their workers.
   std::vector<BoardLease> expire(Millis now);
+
+  // Forgets every cell. Returns the leases that ran, to be cancelled at their workers.
+  std::vector<BoardLease> clear();
 
   // Cells that failed too often since the last call: no longer on the board.
   std::vector<CellKey> take_given_up();

@@ -33,7 +33,7 @@ double fitting_cell_size(const Box& bounds) {
 }
 
 Result<std::vector<RootCell>> root_cells(const BakeOptions& options, const Scene& scene,
-                                         const BakeObserver& observer) {
+                                         const FarmObserver& observer) {
   if (!options.cells.empty() && options.cells.rfind("grid:", 0) != 0)
     return read_cells(options.cells);
   GridRequest request{.size = fitting_cell_size(scene.bounds())};
@@ -137,7 +137,7 @@ std::shared_ptr<BakeOptions> add_bake_options(CLI::App& command) {
   return options;
 }
 
-Result<BakeJob> prepare_job(const BakeOptions& options, const BakeObserver& observer) {
+Result<BakeJob> prepare_job(const BakeOptions& options, const FarmObserver& observer) {
   ImportOptions import{.scene_path = options.scene,
                        .up = std::nullopt,
                        .tags_path = options.tags,
@@ -169,7 +169,7 @@ Result<BakeJob> prepare_job(const BakeOptions& options, const BakeObserver& obse
   return job;
 }
 
-BakeObserver observe(const CommandContext& context) {
+FarmObserver observe(const CommandContext& context) {
   auto line = std::make_shared<ProgressLine>(ProgressLine::Options{
       .terminal = isatty(STDERR_FILENO) == 1, .quiet = context.verbosity < 0});
   return {.progress = [line](const StatusReport& report) { line->show(report); },
@@ -188,7 +188,7 @@ BakeObserver observe(const CommandContext& context) {
 Status run_bake(const BakeOptions& options, const FarmOptions& farm,
                 const CommandContext& context) {
   if (Status status = check_output(options.output); !status) return status;
-  const BakeObserver observer = observe(context);
+  const FarmObserver observer = observe(context);
   Result<BakeJob> job = prepare_job(options, observer);
   if (!job) return job.error();
   const Result<BakeSummary> summary = bake(std::move(job).value(), farm, observer);

@@ -22,10 +22,10 @@ struct BakeOptions {
 std::shared_ptr<BakeOptions> add_bake_options(CLI::App& command);
 
 // Reads scene and cells: every bad input is found here, before any work.
-Result<BakeJob> prepare_job(const BakeOptions& options, const BakeObserver& observer);
+Result<BakeJob> prepare_job(const BakeOptions& options, const FarmObserver& observer);
 
 // The log lines and the progress line of a bake; `context` and the answer outlive it.
-BakeObserver observe(const CommandContext& context);
+FarmObserver observe(const CommandContext& context);
 
 // Runs it and prints the summary on stdout. Errors: also kIncomplete, after the store was written.
 Status run_bake(const BakeOptions& options, const FarmOptions& farm, const CommandContext& context);

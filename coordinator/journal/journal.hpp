@@ -37,7 +37,7 @@ class Journal : public ResultLog {
 
   // The kernel whose results the journal holds; "" before the first worker.
   Result<std::string> kernel() const;
-  Status set_kernel(const std::string& kernel);  // committed at once
+  Status set_kernel(const std::string& kernel) override;
 
   std::uint64_t row_count() const;
   // Every committed and uncommitted row in CellKey order, until `visit` fails.

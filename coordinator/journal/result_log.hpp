@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "common/base/digest.hpp"
@@ -32,6 +33,8 @@ class ResultLog {
   // Requires: no row of the cell yet. Durable only after commit().
   virtual Status append(const ResultRow& row) = 0;
   virtual std::size_t uncommitted() const = 0;
+  // The kernel that all rows come from. Durable at once.
+  virtual Status set_kernel(const std::string& /*kernel*/) { return {}; }
   // After success every row appended so far survives a crash of the machine.
   virtual Status commit() = 0;
 };

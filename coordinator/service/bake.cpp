@@ -6,23 +6,23 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <random>
+#include <optional>
 #include <sstream>
 
 #include "common/base/file.hpp"
 #include "common/pvs/kernel.hpp"
 #include "common/pvs/store_reader.hpp"
+#include "coordinator/journal/journal.hpp"
 #include "coordinator/merger/store_build.hpp"
 #include "coordinator/service/bake_identity.hpp"
-#include "coordinator/service/farm_loop.hpp"
+#include "coordinator/service/bake_work.hpp"
 #include "coordinator/service/private_folder.hpp"
 
 namespace pvsfarm {
 namespace {
 
 namespace fs = std::filesystem;
-using namespace std::chrono_literals;
-using Clock = FarmLoop::Clock;
+using Clock = std::chrono::steady_clock;
 
 double process_cpu_ms() {
   timespec time{};
@@ -128,57 +128,25 @@ Status write_store(const Running& running, const BakeJob& job, const Digest& bak
   return {};
 }
 
-DeskSettings desk_settings(const BakeJob& job, const Running& running, std::string scene_path) {
-  std::random_device device;
-  DeskSettings settings{.evaluator = job.settings.evaluator,
-                        .scene_digest = running.scene->digest(),
-                        .scene = running.scene->bundle(),
-                        .scene_path = std::move(scene_path),
-                        .pinned_kernel = running.kernel,
-                        .output = job.output};
-  settings.epoch = (static_cast<std::uint64_t>(device()) << 32 | device()) | 1;
-  return settings;
-}
-
 // From the first worker to the last cell.
-Status run_farm(const BakeJob& job, const FarmOptions& farm, const BakeObserver& observer,
-                Running& running, const PrivateFolder& folder, BakeSummary& summary) {
-  SignalWatch signals;
-  const std::string wanted = farm.endpoint.empty() ? folder.endpoint() : farm.endpoint;
-  auto router = Router::bind(wanted);
-  if (!router) return router.error();
+Status evaluate_cells(const BakeJob& job, const FarmOptions& farm, const FarmObserver& observer,
+                      Running& running, const PrivateFolder& folder, BakeSummary& summary) {
+  std::optional<Temporary> endpoint_file;
+  FarmJob farm_job{.scene = running.scene,
+                   .settings = job.settings.evaluator,
+                   .pinned_kernel = running.kernel,
+                   .output = job.output};
   // Where we listen, and what goes with us: remove_left_behind() reads it if we are killed.
-  const Temporary endpoint_file(endpoint_path(job.output));
-  const std::string record = (*router)->endpoint() + "\n" + folder.path() + "\n";
-  if (Status status = write_file(endpoint_file.path, record); !status) return status;
-  if (farm.local_workers == 0) observer.note("listening on " + (*router)->endpoint());
-
-  const Clock::time_point start = Clock::now();
-  Desk desk(desk_settings(job, running, folder.scene_path()), *running.tree, *running.journal,
-            running.estimate, Millis(0));
-  LocalWorkerOptions worker_options{farm.worker_program, {}, farm.local_workers};
-  worker_options.arguments = {"--connect", (*router)->endpoint()};
-  for (const std::string& argument : farm.worker_arguments)
-    worker_options.arguments.push_back(argument);
-  LocalWorkers workers(std::move(worker_options));
-  if (farm.local_workers > 0 && !desk.done())
-    if (Status status = workers.start(); !status) return status;
-
-  FarmLoop loop(**router, desk, *running.journal, farm.local_workers > 0 ? &workers : nullptr,
-                signals, observer, start);
-  const Status status = loop.run();
-  desk.say_shutdown();
-  for (const Outgoing& out : desk.take_outgoing())
-    (*router)->send(out.peer, out.envelope, out.message);
-  // The good-bye must leave before the socket closes; each worker's answer is its BYE.
-  for (const auto end = Clock::now() + 500ms; desk.session_count() > 0 && Clock::now() < end;) {
-    (*router)->wait(20ms);
-    while (const auto received = (*router)->receive())
-      if (Status late = desk.receive(received->peer, received->decoded, loop.now()); !late) break;
-  }
-  running.kernel = desk.pinned_kernel();
-  summary.disagreements = desk.disagreements();
-  summary.workers = desk.sessions_seen();
+  farm_job.listening = [&](const std::string& endpoint) {
+    endpoint_file.emplace(endpoint_path(job.output));
+    return write_file(endpoint_file->path, endpoint + "\n" + folder.path() + "\n");
+  };
+  BakeWork work(*running.tree, *running.journal, running.estimate);
+  FarmFigures figures;
+  const Status status = run_farm(farm_job, work, folder, farm, observer, figures);
+  running.kernel = figures.kernel;
+  summary.disagreements = work.disagreements();
+  summary.workers = figures.workers;
   summary.evaluated = running.journal->row_count() - running.resumed;
   return status;
 }
@@ -199,7 +167,7 @@ Status check_output(const std::string& output) {
   return {};
 }
 
-Result<BakeSummary> bake(BakeJob job, const FarmOptions& farm, const BakeObserver& observer) {
+Result<BakeSummary> bake(BakeJob job, const FarmOptions& farm, const FarmObserver& observer) {
   const Clock::time_point start = Clock::now();
   const Digest bake_digest = bake_digest_of(digest_of(job.bundle), job.roots, job.settings);
   if (Status status = check_output(job.output); !status) return status.error();
@@ -218,11 +186,9 @@ Result<BakeSummary> bake(BakeJob job, const FarmOptions& farm, const BakeObserve
   remove_left_behind(job.output);
   const Result<PrivateFolder> folder = PrivateFolder::make();
   if (!folder) return folder.error();
-  const std::string scene_path = folder->scene_path();
-  const std::string_view bytes(reinterpret_cast<const char*>(job.bundle.data()), job.bundle.size());
-  if (Status status = write_file(scene_path, bytes); !status) return status.error();
+  if (Status status = put_scene(*folder, job.bundle); !status) return status.error();
   std::vector<std::byte>().swap(job.bundle);
-  auto scene = Scene::map(scene_path);
+  auto scene = Scene::map(folder->scene_path());
   if (!scene) return scene.error();
   running.scene = std::move(scene).value();
 
@@ -239,7 +205,7 @@ Result<BakeSummary> bake(BakeJob job, const FarmOptions& farm, const BakeObserve
   if (running.resumed > 0)
     observer.note("resuming: " + std::to_string(running.resumed) + " cells are in the journal");
   BakeSummary summary{.resumed = running.resumed};
-  if (Status status = run_farm(job, farm, observer, running, *folder, summary); !status)
+  if (Status status = evaluate_cells(job, farm, observer, running, *folder, summary); !status)
     return status.error();
 
   // 4. The store. Its journal stays if cells are missing: the same command tries them again.

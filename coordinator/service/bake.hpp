@@ -1,15 +1,12 @@
 // One bake from start to store: journal, poll loop, workers, final file.
 #pragma once
 
-#include <functional>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "common/cells/cell_source.hpp"
 #include "common/pvs/settings.hpp"
-#include "common/scene/scene.hpp"
-#include "common/wire/messages.hpp"
+#include "coordinator/service/farm.hpp"
 
 namespace pvsfarm {
 
@@ -19,19 +16,6 @@ struct BakeJob {
   BakeSettings settings;
   std::string output;  // OUT.pvs; beside it OUT.pvs.journal while it is not complete
   bool fresh = false;  // discard a journal, whatever bake it belongs to
-};
-
-struct FarmOptions {
-  std::string endpoint;        // "": an ipc endpoint in a private folder
-  unsigned local_workers = 2;  // 0: workers come by themselves
-  std::string worker_program;
-  std::vector<std::string> worker_arguments;
-};
-
-// What happens meanwhile, for the command to show. Threads: the caller's.
-struct BakeObserver {
-  std::function<void(const StatusReport&)> progress;      // a few times a second
-  std::function<void(const std::string&)> note, warning;  // lines for the log
 };
 
 struct BakeSummary {
@@ -54,7 +38,7 @@ Status check_output(const std::string& output);
 // Requires: SIGINT, SIGTERM and SIGCHLD are this function's while it runs.
 // Errors: kIo (output, journal), kInvalidInput (another bake's journal), kRuntime (no worker left),
 // kInterrupted (Ctrl-C, drain, cancel: the journal stays).
-Result<BakeSummary> bake(BakeJob job, const FarmOptions& farm, const BakeObserver& observer);
+Result<BakeSummary> bake(BakeJob job, const FarmOptions& farm, const FarmObserver& observer);
 
 // Where a running coordinator of this output listens. Errors: kRuntime if there is none.
 Result<std::string> endpoint_of(const std::string& output);

@@ -9,32 +9,27 @@ namespace pvsfarm {
 namespace {
 
 constexpr std::size_t kMaxWarnings = 100;  // waiting to be logged
-constexpr std::size_t kMaxParentBlobs = 4096;
-
-LeaseId wire_id(BoardLease id) { return LeaseId{static_cast<std::uint64_t>(id)}; }
-BoardLease board_id(LeaseId id) { return BoardLease{static_cast<std::uint64_t>(id)}; }
-
-std::string worker_name(const Hello& hello) {
-  return "worker " + hello.host + ":" + std::to_string(hello.pid);
-}
-
-std::string name_of(const CellKey& key) {
-  return "cell " + std::to_string(key.root) + "/" + std::to_string(key.path);
-}
 
 }  // namespace
 
 static_assert(BoardLimits{}.task_cells <= kMaxTaskCells);
 
-Desk::Desk(DeskSettings settings, Tree& tree, ResultLog& log, Estimate estimate, Millis now)
+Desk::Desk(DeskSettings settings, Work& work, Millis now)
     : settings_(std::move(settings)),
-      tree_(tree),
-      log_(log),
-      merger_(tree, log),
+      work_(work),
       board_(settings_.limits.board, (settings_.epoch & 0xffffffff) << 32 | 1),
-      estimate_(std::move(estimate)),
-      start_(now) {
-  for (const CellKey& key : tree_.open_cells()) board_.add(key);
+      start_(now),
+      ticked_(now) {
+  open_more();
+}
+
+void Desk::open_more() {
+  if (cut_off_at_) return;
+  for (const CellKey& key : work_.take_open(board_.pending_count())) board_.add(key);
+}
+
+bool Desk::done() const {
+  return board_.idle() && work_.uncommitted() == 0 && (!cut_off_at_ || ticked_ >= *cut_off_at_);
 }
 
 void Desk::warn(std::string text) {
@@ -60,7 +55,7 @@ void Desk::drop(const std::string& peer, Board::Parting parting) {
   const auto found = sessions_.find(peer);
   if (found == sessions_.end()) return;
   Session& session = found->second;
-  if (session.incoming) incoming_bytes_ -= session.incoming->head.bytes;
+  if (session.incoming) incoming_bytes_ -= session.incoming->bytes;
   board_.leave(session.worker, parting);
   peers_.erase(session.worker);
   hungry_.erase(peer);
@@ -171,16 +166,18 @@ void Desk::on_hello(const std::string& peer, const Hello& hello, Millis now) {
 Status Desk::dispatch(const std::string& peer, Session& session, const Message& message,
                       Millis now) {
   if (const auto* beat = std::get_if<Heartbeat>(&message)) {
-    on_heartbeat(peer, session, *beat, now);
+    return on_heartbeat(peer, session, *beat, now);
   } else if (const auto* begin = std::get_if<ResultBegin>(&message)) {
-    on_begin(session, *begin);
+    on_begin(session, begin->lease, begin->bytes, *begin);
+  } else if (const auto* finding = std::get_if<FindingBegin>(&message)) {
+    on_begin(session, finding->lease, finding->bytes, *finding);
   } else if (const auto* chunk = std::get_if<ResultChunk>(&message)) {
     on_chunk(session, *chunk);
   } else if (const auto* end = std::get_if<ResultEnd>(&message)) {
     return on_end(peer, session, *end, now);
   } else if (const auto* failed = std::get_if<TaskFailed>(&message)) {
     on_failed(session, *failed);
-    hand_out(peer, session, now);
+    return hand_out(peer, session, now);
   } else if (const auto* get = std::get_if<BlobGet>(&message)) {
     on_blob_get(peer, *get);
   } else if (std::holds_alternative<Draining>(message)) {
@@ -194,8 +191,8 @@ Status Desk::dispatch(const std::string& peer, Session& session, const Message& 
   return {};
 }
 
-void Desk::on_heartbeat(const std::string& peer, Session& session, const Heartbeat& beat,
-                        Millis now) {
+Status Desk::on_heartbeat(const std::string& peer, Session& session, const Heartbeat& beat,
+                          Millis now) {
   session.resident_bytes = beat.resident_bytes;
   HeartbeatAck ack;
   std::set<BoardLease> still;
@@ -210,7 +207,7 @@ void Desk::on_heartbeat(const std::string& peer, Session& session, const Heartbe
   session.sent = now;
   board_.release_expired(session.worker, still);
   session.ready = beat.ready;
-  if (session.ready) hand_out(peer, session, now);
+  return hand_out(peer, session, now);
 }
 
 void Desk::on_failed(const Session& session, const TaskFailed& failed) {
@@ -226,9 +223,8 @@ void Desk::on_blob_get(const std::string& peer, const BlobGet& get) {
   std::span<const std::byte> blob;
   if (get.digest == settings_.scene_digest) {
     blob = settings_.scene;
-  } else if (const auto found = parents_.find(get.digest); found != parents_.end()) {
-    keep = found->second.lock();
-    if (keep) blob = *keep;
+  } else if ((keep = shelf_.find(get.digest))) {
+    blob = *keep;
   }
   BlobChunk chunk{.digest = get.digest, .offset = get.offset, .total_bytes = blob.size()};
   if (get.offset > blob.size()) chunk.offset = blob.size();
@@ -238,49 +234,28 @@ void Desk::on_blob_get(const std::string& peer, const BlobGet& get) {
   reply(peer, std::move(chunk));
 }
 
-void Desk::hand_out(const std::string& peer, Session& session, Millis now) {
-  if (!leasing_ || !session.ready || now - session.heard > settings_.limits.suspect) return;
-  while (const std::optional<BoardTask> task = board_.lease(session.worker, now)) {
-    reply(peer, task_message(*task));
+Status Desk::hand_out(const std::string& peer, Session& session, Millis now) {
+  if (!leasing_ || !session.ready || now - session.heard > settings_.limits.suspect) return {};
+  const auto together = [&](const CellKey& first, const CellKey& next) {
+    return work_.together(first, next);
+  };
+  while (const std::optional<BoardTask> task = board_.lease(session.worker, now, together)) {
+    Result<Message> message = work_.task(*task, shelf_);
+    if (!message) return message.error();
+    reply(peer, std::move(message).value());
     session.sent = now;
   }
   if (board_.pending_count() == 0) hungry_.insert(peer);
-}
-
-Task Desk::task_message(const BoardTask& task) {
-  Task message{.lease = wire_id(task.lease), .attempt = task.attempt};
-  std::map<const Bytes*, std::uint32_t> known;
-  std::size_t inline_bytes = 0;
-  for (const CellKey& key : task.cells) {
-    const SharedSet set = tree_.parent_set(key);
-    const auto [at, fresh] =
-        known.emplace(set.get(), static_cast<std::uint32_t>(message.parents.size()));
-    if (fresh) message.parents.push_back(parent_message(set, inline_bytes));
-    message.cells.push_back({key, *tree_.cell(key), at->second});
-  }
-  return message;
-}
-
-ParentSet Desk::parent_message(const SharedSet& set, std::size_t& inline_bytes) {
-  if (!set) return {.all = true};
-  if (inline_bytes + set->size() <= kMaxInlineParentBytes) {
-    inline_bytes += set->size();
-    return {.set = *set};
-  }
-  if (parents_.size() >= kMaxParentBlobs)
-    std::erase_if(parents_, [](const auto& entry) { return entry.second.expired(); });
-  const Digest digest = digest_of(*set);
-  parents_[digest] = set;
-  return {.digest = digest, .set_bytes = set->size()};
+  return {};
 }
 
 Status Desk::commit_if_due(Millis now) {
-  const std::size_t rows = log_.uncommitted();
+  const std::size_t rows = work_.uncommitted();
   if (rows > 0 && (rows >= settings_.limits.commit_rows || board_.idle() ||
                    now - oldest_uncommitted_ >= settings_.limits.commit_delay)) {
-    if (Status status = log_.commit(); !status) return status;
+    if (Status status = work_.commit(); !status) return status;
   }
-  if (log_.uncommitted() > 0) return {};
+  if (work_.uncommitted() > 0) return {};
   for (PendingAck& ack : std::exchange(acks_, {})) reply(ack.peer, ack.ack);
   return {};
 }
@@ -301,24 +276,32 @@ void Desk::look_after_sessions(Millis now) {
   for (const std::string& peer : lost) gone(peer);
 }
 
+// The deadline has passed: nothing more is given away, what runs is called back, and what its
+// workers have of it so far is awaited for a moment.
+void Desk::cut_off(Millis now) {
+  cut_off_at_ = now + settings_.limits.cut_off;
+  leasing_ = false;
+  for (const BoardLease lease : board_.clear())
+    reply(peers_.at(*board_.holder(lease)), Cancel{{wire_id(lease)}});
+}
+
 Status Desk::tick(Millis now) {
+  ticked_ = now;
   for (const BoardLease lease : board_.expire(now)) {
     const std::string& peer = peers_.at(*board_.holder(lease));
     warn(worker_name(sessions_.at(peer).hello) + ": no progress; its cells go to others");
     reply(peer, Cancel{{wire_id(lease)}});
   }
   look_after_sessions(now);
-  for (const CellKey& key : board_.take_given_up()) {
-    tree_.give_up(key);
-    estimate_.given_up(key.depth());
-    given_up_.push_back(key);
-    warn(name_of(key) + ": given up after repeated failures; it keeps its parent's set");
-  }
+  for (const CellKey& key : board_.take_given_up())
+    warn(work_.name_of(key) + ": " + work_.give_up(key));
+  if (settings_.deadline && now >= *settings_.deadline && !cut_off_at_) cut_off(now);
+  open_more();
   if (Status status = commit_if_due(now); !status) return status;
   while (leasing_ && board_.pending_count() > 0 && !hungry_.empty()) {
     const std::string peer = *hungry_.begin();
     hungry_.erase(hungry_.begin());
-    hand_out(peer, sessions_.at(peer), now);
+    if (Status status = hand_out(peer, sessions_.at(peer), now); !status) return status;
   }
   return {};
 }
@@ -327,7 +310,9 @@ std::vector<Outgoing> Desk::take_outgoing() { return std::exchange(outgoing_, {}
 
 Millis Desk::next_wake(Millis now) const {
   Millis next = now + settings_.limits.heartbeat / 2;
-  if (log_.uncommitted() > 0)
+  if (settings_.deadline && now < *settings_.deadline) next = std::min(next, *settings_.deadline);
+  if (cut_off_at_) next = std::min(next, *cut_off_at_);
+  if (work_.uncommitted() > 0)
     next = std::min(next, oldest_uncommitted_ + settings_.limits.commit_delay);
   return next;
 }
@@ -337,7 +322,7 @@ void Desk::say_shutdown() {
 }
 
 StatusReport Desk::status(Millis now) {
-  const ProgressFigures figures = estimate_.at(now);
+  const auto [figures, result_bytes] = work_.progress(now);
   StatusReport report{.output = settings_.output,
                       .state = leasing_ ? "running" : "draining",
                       .cells_done = figures.cells_done,
@@ -345,7 +330,7 @@ StatusReport Desk::status(Millis now) {
                       .cells_expected = figures.cells_expected,
                       .cells_per_second = figures.cells_per_second,
                       .eta_s = figures.eta_s,
-                      .result_bytes = result_bytes_,
+                      .result_bytes = result_bytes,
                       .elapsed_ms = static_cast<std::uint64_t>((now - start_).count()),
                       .last_error = last_error_};
   for (const auto& [worker, peer] : peers_) {

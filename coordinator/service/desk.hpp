@@ -1,5 +1,6 @@
 // The coordinator's side of the exchange, without sockets and clocks: takes messages and the time,
-// gives messages. Sessions, leases, results, acknowledgements after the commit, blobs, status.
+// gives messages. Sessions, leases, results, acknowledgements after the commit, blobs, status. What
+// is in the tasks is the concern of the work (work.hpp).
 // The service drives it with a Router and a journal; the simulation with neither.
 // Threads: one.
 #pragma once
@@ -7,6 +8,7 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -15,8 +17,7 @@
 
 #include "common/wire/codec.hpp"
 #include "coordinator/board/board.hpp"
-#include "coordinator/board/estimate.hpp"
-#include "coordinator/merger/merger.hpp"
+#include "coordinator/service/work.hpp"
 
 namespace pvsfarm {
 
@@ -24,6 +25,7 @@ struct DeskLimits {
   Millis heartbeat{2'000};
   Millis suspect{10'000};   // silent so long: given nothing more
   Millis lost{60'000};      // silent so long: forgotten
+  Millis cut_off{500};      // after the deadline: for what is on its way
   Millis commit_delay{20};  // of the oldest result that waits for its commit
   std::size_t commit_rows = 64;
   std::size_t sessions = 4096;
@@ -37,11 +39,16 @@ struct DeskSettings {
   std::span<const std::byte> scene;  // the bundle, for workers that fetch it
   std::string scene_path;            // where workers of this machine may find it; "" for nowhere
   int algorithm_version = kAlgorithmVersion;
-  std::string pinned_kernel;  // whose results the journal holds; "" for none yet
-  std::string output;         // for the status
-  std::uint64_t epoch = 1;    // drawn at the start; not 0
+  std::string pinned_kernel;       // whose results the journal holds; "" for none yet
+  std::string output;              // for the status
+  std::uint64_t epoch = 1;         // drawn at the start; not 0
+  std::optional<Millis> deadline;  // then what is not done stays undone
   DeskLimits limits;
 };
+
+inline std::string worker_name(const Hello& hello) {
+  return "worker " + hello.host + ":" + std::to_string(hello.pid);
+}
 
 struct Outgoing {
   std::string peer;
@@ -51,10 +58,10 @@ struct Outgoing {
 
 class Desk {
  public:
-  // `tree` and `log` outlive the desk. The tree's open cells are what is to be done.
-  Desk(DeskSettings settings, Tree& tree, ResultLog& log, Estimate estimate, Millis now);
+  // `work` outlives the desk.
+  Desk(DeskSettings settings, Work& work, Millis now);
 
-  // Errors (fatal): the log failed.
+  // Errors (fatal): those of the work.
   Status receive(const std::string& peer, const Result<Decoded>& decoded, Millis now);
   Status tick(Millis now);  // after every few messages, and not later than next_wake()
   std::vector<Outgoing> take_outgoing();
@@ -65,25 +72,20 @@ class Desk {
   void stop_leasing() { leasing_ = false; }  // for a drain or an interrupt
   void say_shutdown();                       // to every worker
 
-  bool done() const { return board_.idle() && log_.uncommitted() == 0; }
-  bool quiet() const { return board_.leased_count() == 0 && log_.uncommitted() == 0; }
+  bool done() const;
+  bool quiet() const { return board_.leased_count() == 0 && work_.uncommitted() == 0; }
   bool drain_asked() const { return drain_asked_; }
   bool cancel_asked() const { return cancel_asked_; }
   const std::string& pinned_kernel() const { return settings_.pinned_kernel; }
   std::size_t session_count() const { return sessions_.size(); }
   std::uint64_t sessions_seen() const { return last_worker_; }
-  // Cells of which a second result had other bytes than the first.
-  std::uint64_t disagreements() const { return disagreements_; }
-  // Objects that a witness showed although a certificate hid them, of the results since the start.
-  std::uint64_t contradictions() const { return contradictions_; }
-  const std::vector<CellKey>& given_up() const { return given_up_; }
   StatusReport status(Millis now);
   std::vector<std::string> take_warnings() { return std::exchange(warnings_, {}); }
 
  private:
   struct Incoming {
-    ResultBegin head;
-    Bytes data;
+    WorkResult result;
+    std::uint64_t bytes = 0;  // announced
     bool broken = false;
   };
   struct Session {
@@ -110,43 +112,38 @@ class Desk {
   void on_hello(const std::string& peer, const Hello& hello, Millis now);
   std::string refusal(const Hello& hello, RejectCode& code) const;
   Status dispatch(const std::string& peer, Session& session, const Message& message, Millis now);
-  void on_heartbeat(const std::string& peer, Session& session, const Heartbeat& beat, Millis now);
-  void on_begin(Session& session, const ResultBegin& begin);
+  Status on_heartbeat(const std::string& peer, Session& session, const Heartbeat& beat, Millis now);
+  void on_begin(Session& session, LeaseId lease, std::uint64_t bytes,
+                std::variant<ResultBegin, FindingBegin> head);
   void on_chunk(Session& session, const ResultChunk& chunk);
   Status on_end(const std::string& peer, Session& session, const ResultEnd& end, Millis now);
-  Status merge_all(const std::string& peer, Session& session, const Incoming& result, Millis now);
-  void note_contradictions(const Session& session, const ResultRow& row);
-  void note_merged(const ResultRow& row, const MergeAnswer& answer);
+  Status take(const std::string& peer, Session& session, const WorkResult& result, Millis now);
   void on_failed(const Session& session, const TaskFailed& failed);
   void on_blob_get(const std::string& peer, const BlobGet& get);
 
-  void hand_out(const std::string& peer, Session& session, Millis now);
-  Task task_message(const BoardTask& task);
-  ParentSet parent_message(const SharedSet& set, std::size_t& inline_bytes);
+  Status hand_out(const std::string& peer, Session& session, Millis now);
+  void open_more();
+  void cut_off(Millis now);
   Status commit_if_due(Millis now);
   void look_after_sessions(Millis now);
 
   DeskSettings settings_;
-  Tree& tree_;
-  ResultLog& log_;
-  Merger merger_;
+  Work& work_;
   Board board_;
-  Estimate estimate_;
+  SetShelf shelf_;
   Digest kernel_id_;  // valid once a kernel is pinned
   std::unordered_map<std::string, Session> sessions_;
   std::map<WorkerId, std::string> peers_;
   std::set<std::string> hungry_;  // could have had a task, but none was pending
-  std::map<Digest, std::weak_ptr<const Bytes>> parents_;  // sets that travel as blobs
   std::vector<Outgoing> outgoing_;
   std::vector<PendingAck> acks_;
-  std::vector<CellKey> given_up_;
   std::vector<std::string> warnings_;
   std::string last_error_;
   Millis start_{}, oldest_uncommitted_{};
+  std::optional<Millis> cut_off_at_;  // the deadline has passed
+  Millis ticked_{};
   std::size_t incoming_bytes_ = 0;
   std::uint64_t last_worker_ = 0;
-  std::uint64_t result_bytes_ = 0;
-  std::uint64_t disagreements_ = 0, contradictions_ = 0;
   bool leasing_ = true;
   bool drain_asked_ = false, cancel_asked_ = false;
 };

@@ -29,7 +29,7 @@ Status FarmLoop::receive_some() {
 Status FarmLoop::keep_kernel() {
   if (desk_.pinned_kernel() == kept_kernel_) return {};
   kept_kernel_ = desk_.pinned_kernel();
-  return journal_.set_kernel(kept_kernel_);
+  return work_.keep_kernel(kept_kernel_);
 }
 
 void FarmLoop::send_all() {
@@ -48,7 +48,7 @@ void FarmLoop::send_all() {
 Status FarmLoop::look_after_workers() {
   if (workers_ == nullptr) return {};
   const auto ended = workers_->look_after(cells_done_, Clock::now());
-  if (!ended) return ended.error();
+  if (!ended) return Error{ended.error().kind, ended.error().text + "; " + work_.when_stopped()};
   for (const LocalWorkers::Ended& worker : *ended) {
     observer_.warning("worker " + std::to_string(worker.pid) + " ended: " + worker.how);
     desk_.worker_exited(worker.pid);
@@ -92,9 +92,8 @@ Status FarmLoop::run() {
     send_all();
     say_how_far();
     if (asked_to_stop()) {
-      if (Status status = journal_.commit(); !status) return status;
-      return Error{ErrorKind::kInterrupted,
-                   "stopped; the journal keeps what is done, the same command goes on from there"};
+      if (Status status = work_.commit(); !status) return status;
+      return Error{ErrorKind::kInterrupted, "stopped; " + work_.when_stopped()};
     }
     if (more_waiting_ || desk_.done()) continue;
     const Millis wake = std::min(desk_.next_wake(now()), next_progress_);

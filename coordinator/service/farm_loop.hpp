@@ -1,13 +1,12 @@
 // The coordinator's poll loop: one thread that moves messages between the Router and the desk,
-// looks after local workers and signals, and tells how far the bake is.
+// looks after local workers and signals, and tells how far the work is.
 #pragma once
 
 #include <chrono>
 
 #include "common/wire/socket.hpp"
-#include "coordinator/journal/journal.hpp"
-#include "coordinator/service/bake.hpp"
 #include "coordinator/service/desk.hpp"
+#include "coordinator/service/farm.hpp"
 #include "coordinator/service/local_workers.hpp"
 #include "coordinator/service/signals.hpp"
 
@@ -18,18 +17,18 @@ class FarmLoop {
   using Clock = std::chrono::steady_clock;
 
   // Everything outlives the loop; `workers` may be null.
-  FarmLoop(Router& router, Desk& desk, Journal& journal, LocalWorkers* workers,
-           SignalWatch& signals, const BakeObserver& observer, Clock::time_point start)
+  FarmLoop(Router& router, Desk& desk, Work& work, LocalWorkers* workers, SignalWatch& signals,
+           const FarmObserver& observer, Clock::time_point start)
       : router_(router),
         desk_(desk),
-        journal_(journal),
+        work_(work),
         workers_(workers),
         signals_(signals),
         observer_(observer),
         start_(start) {}
 
-  // Until every cell is done. Errors: those of the journal; kRuntime, no worker left;
-  // kInterrupted, after what was on its way has come in or two seconds have passed.
+  // Until everything is done, or the desk's deadline. Errors: those of the work; kRuntime, no
+  // worker left; kInterrupted, after what was on its way has come in or two seconds have passed.
   Status run();
 
   Millis now() const { return std::chrono::duration_cast<Millis>(Clock::now() - start_); }
@@ -45,10 +44,10 @@ class FarmLoop {
 
   Router& router_;
   Desk& desk_;
-  Journal& journal_;
+  Work& work_;
   LocalWorkers* workers_;
   SignalWatch& signals_;
-  const BakeObserver& observer_;
+  const FarmObserver& observer_;
   Clock::time_point start_;
   std::string kept_kernel_;
   Millis next_progress_{0};

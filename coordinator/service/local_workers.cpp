@@ -87,9 +87,7 @@ Result<std::vector<LocalWorkers::Ended>> LocalWorkers::look_after(std::uint64_t 
       if (Status spawned = spawn(slot); !spawned) return spawned.error();
     any_left = any_left || slot.pid != 0 || !slot.retired;
   }
-  if (!any_left)
-    return runtime_error("no worker is left, the last ended with " + last_end_ +
-                         "; the journal keeps what is done");
+  if (!any_left) return runtime_error("no worker is left, the last ended with " + last_end_);
   return ended;
 }
 

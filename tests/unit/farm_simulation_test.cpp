@@ -10,6 +10,7 @@
 #include <queue>
 
 #include "common/base/random.hpp"
+#include "coordinator/service/bake_work.hpp"
 #include "coordinator/service/desk.hpp"
 #include "worker/service/messenger.hpp"
 
@@ -124,6 +125,8 @@ struct SimulatedWorker {
   bool hangs = false;
 };
 
+const Task& task_of(const SimulatedWorker& worker) { return std::get<Task>(worker.job->work); }
+
 struct Packet {
   Millis time{};
   std::uint64_t order = 0;
@@ -163,7 +166,7 @@ class Simulation {
   }
 
   const ForgetfulLog& log() const { return log_; }
-  const Desk& desk() const { return *desk_; }
+  const BakeWork& work() const { return *work_; }
 
  private:
   bool happens(double probability) { return random_.unit() < probability; }
@@ -176,7 +179,8 @@ class Simulation {
     for (const CellKey& key : tree_->open_cells()) estimate.opened(key.depth());
     DeskSettings settings{.scene_digest = scene_, .epoch = ++epoch_};
     settings.limits.board.attempts = 1'000;  // faults here are never the cell's
-    desk_ = std::make_unique<Desk>(settings, *tree_, log_, estimate, now_);
+    work_ = std::make_unique<BakeWork>(*tree_, log_, estimate);
+    desk_ = std::make_unique<Desk>(settings, *work_, now_);
   }
 
   void start_worker(SimulatedWorker& worker) {
@@ -242,14 +246,14 @@ class Simulation {
     if (!worker.job) {
       worker.job = messenger.take_job();
       if (worker.job) {
-        const auto cells = static_cast<std::uint64_t>(worker.job->task.cells.size());
+        const auto cells = static_cast<std::uint64_t>(task_of(worker).cells.size());
         worker.job_ends = now_ + Millis(cells * (5 + random_.below(60)));
       }
     }
     if (worker.job) {
       const auto left = static_cast<std::uint64_t>((worker.job_ends - now_).count());
       const std::uint64_t progress = worker.hangs ? 1 : 1'000'000'000 - left;
-      messenger.set_progress(Running{worker.job->task.lease, progress}, 0);
+      messenger.set_progress(Running{worker.job->lease(), progress}, 0);
       if (!worker.hangs && now_ >= worker.job_ends) finish(worker);
     }
     messenger.tick(now_);
@@ -259,7 +263,7 @@ class Simulation {
   }
 
   void finish(SimulatedWorker& worker) {
-    const Task& task = worker.job->task;
+    const Task& task = task_of(worker);
     JobResult result{.lease = task.lease};
     for (const TaskCell& cell : task.cells) {
       const ParentSet& from = task.parents[cell.parent];
@@ -298,6 +302,7 @@ class Simulation {
   Digest scene_ = DigestBuilder().add("scene").finish();
   ForgetfulLog log_;
   std::unique_ptr<Tree> tree_;
+  std::unique_ptr<BakeWork> work_;
   std::unique_ptr<Desk> desk_;
   std::vector<SimulatedWorker> workers_;
   std::priority_queue<Packet, std::vector<Packet>, std::greater<>> network_;
@@ -324,8 +329,8 @@ void run_seeds(const Faults& faults, std::uint64_t count) {
     Simulation simulation(seed, faults);
     ASSERT_TRUE(simulation.run()) << "not done within a virtual day";
     expect_golden(simulation.log());
-    EXPECT_TRUE(simulation.desk().given_up().empty());
-    EXPECT_EQ(simulation.desk().disagreements(), 0u);
+    EXPECT_TRUE(simulation.work().given_up().empty());
+    EXPECT_EQ(simulation.work().disagreements(), 0u);
     if (testing::Test::HasFailure()) return;
   }
 }

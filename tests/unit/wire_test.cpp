@@ -7,6 +7,7 @@
 #include "common/base/random.hpp"
 #include "common/wire/codec.hpp"
 #include "common/wire/crc32c.hpp"
+#include "common/wire/finding_bytes.hpp"
 
 namespace pvsfarm {
 namespace {
@@ -27,6 +28,27 @@ Task some_task() {
   task.cells.push_back({CellKey{4, 1}, turned, 0});
   task.cells.push_back({CellKey{4, 2}, turned, 2});
   return task;
+}
+
+Inquiry some_inquiry() {
+  Inquiry inquiry{.lease = LeaseId{78}, .attempt = 1};
+  inquiry.sets = some_task().parents;
+  const Cell cell = Cell::aligned({{0.1, 2, 3}, {4, 5, 6.7}});
+  inquiry.audits.push_back({CellKey{3, 9}, cell, 1, 2, 1ull << 63, 300});
+  inquiry.audits.push_back({CellKey{3, 8}, cell, 0, 0, 7, 1});
+  return inquiry;
+}
+
+ExplainFinding some_explanation() {
+  ExplainFinding finding{.verdict = Verdict::kHidden, .passed = {}, .parts = {}, .unblocked = {}};
+  finding.passed.push_back({ObjectId{3}, 0.5, {1, 2, 3}});
+  finding.parts.push_back({.box = {{0, 0, 0}, {1, 1, 1}},
+                           .objects = 4,
+                           .plane = {.origin = {1, 2, 3}, .away = {0, 0, 1}, .resolution_px = 256},
+                           .blockers = {{{ObjectId{1}, ObjectId{2}}, 0.75}}});
+  finding.unblocked.push_back({{1, 1, 1}, {2, 2, 2}});
+  finding.visible = VisibleSet::all(5);
+  return finding;
 }
 
 Hello some_hello() {
@@ -70,7 +92,9 @@ std::vector<Message> one_of_each() {
           StatusGet{},
           status,
           Control{ControlKind::kCancel},
-          ControlAck{}};
+          ControlAck{},
+          some_inquiry(),
+          FindingBegin{LeaseId{6}, 30, {{10, 1.5}, {20, 2}}}};
 }
 
 std::span<const std::byte> view(const std::string& s) { return std::as_bytes(std::span(s)); }
@@ -142,6 +166,45 @@ TEST(Wire, a_delta_keeps_what_was_seen_and_by_which_method) {
   EXPECT_TRUE(back.statistics.methods == methods);
 }
 
+TEST(Wire, an_explanation_is_asked_for_alone) {
+  Inquiry inquiry = some_inquiry();
+  const auto arrives = [&] {
+    const Frames frames = encode({}, inquiry);
+    return decode(view(frames.header), view(frames.body)).ok();
+  };
+  EXPECT_TRUE(arrives());
+  inquiry.explain = {CellKey{1, 1}, Cell{}, 0, ObjectId{5}};
+  EXPECT_FALSE(arrives());
+  inquiry.audits.clear();
+  EXPECT_TRUE(arrives());
+  inquiry.explain->parent = 3;  // no such set
+  EXPECT_FALSE(arrives());
+  inquiry.explain.reset();
+  EXPECT_FALSE(arrives());
+}
+
+TEST(Wire, a_finding_survives_the_trip_and_nothing_damaged_is_used) {
+  AuditFinding audit{.key = {1, 5}, .rays = 9, .seen = VisibleSet::all(5), .violations = {}};
+  audit.violations.push_back({ObjectId{4}, {{1, 2, 3}, {4, 5, 6}}});
+  for (const Bytes& bytes : {encode_finding(audit), encode_finding(some_explanation())}) {
+    const Result<WireFinding> back = decode_finding(bytes, 5);
+    ASSERT_TRUE(back.ok()) << back.error().text;
+    EXPECT_EQ(std::visit([](const auto& finding) { return encode_finding(finding); }, *back),
+              bytes);
+    EXPECT_FALSE(decode_finding(bytes, 4).ok());  // of a smaller scene
+    EXPECT_FALSE(decode_finding(bytes, 6).ok());
+    Random random(7);
+    for (int round = 0; round < 5'000; ++round) {
+      Bytes damaged = bytes;
+      damaged[random.below(damaged.size())] = static_cast<std::byte>(random.below(256));
+      for (std::uint64_t n = random.below(3); n > 0; --n) damaged.pop_back();
+      (void)decode_finding(damaged, 5);  // must neither crash nor hang
+    }
+  }
+  audit.violations[0].line.eye.x = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(decode_finding(encode_finding(audit), 5).ok());
+}
+
 TEST(Wire, every_truncation_and_every_flipped_bit_of_the_body_is_refused) {
   for (const Message& message : one_of_each()) {
     const Frames frames = encode({}, message);
@@ -189,6 +252,13 @@ TEST(Wire, values_out_of_range_are_refused) {
   rootless.cells[0].key.path = 0;
   EXPECT_TRUE(refused(rootless));
   EXPECT_TRUE(refused(Task{.lease = LeaseId{1}}));
+  Task override = some_task();
+  override.settings = EvaluatorSettings{};
+  EXPECT_FALSE(refused(override));
+  override.settings->resolution_px = 4096;
+  EXPECT_TRUE(refused(override));
+  EXPECT_TRUE(refused(FindingBegin{LeaseId{1}, 5, {{4, 0}}}));
+  EXPECT_TRUE(refused(FindingBegin{LeaseId{1}, 0, {}}));
   Hello idle = some_hello();
   idle.slots = 0;
   EXPECT_TRUE(refused(idle));

@@ -8,11 +8,12 @@
 #include <new>
 
 #include "common/base/check.hpp"
+#include "common/wire/finding_bytes.hpp"
 
 namespace pvsfarm {
 
 struct Compute::Shared {
-  MakeEvaluator make_evaluator;
+  Workshop workshop;
   int event = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
   std::mutex mutex;
   std::condition_variable changed;
@@ -29,7 +30,6 @@ struct Compute::Shared {
 
   ~Shared() { close(event); }
   void run();
-  JobResult evaluate(const Task& task, const VisibleSet& everything, const EvaluateCell& evaluate);
 };
 
 double thread_cpu_ms() {
@@ -54,32 +54,74 @@ VisibleSet occludees_of(const Scene& scene) {
   return set;
 }
 
-JobResult failed(const Task& task, FailureKind kind, std::string text) {
-  JobResult result{.lease = task.lease};
-  result.failure = TaskFailed{task.lease, kind, std::move(text)};
+JobResult failed(LeaseId lease, FailureKind kind, std::string text) {
+  JobResult result{.lease = lease};
+  result.failure = TaskFailed{lease, kind, std::move(text)};
   return result;
 }
 
 }  // namespace
 
-JobResult Compute::Shared::evaluate(const Task& task, const VisibleSet& everything,
-                                    const EvaluateCell& evaluate_cell) {
+// One scene's tools, made when they are needed. Lives on the computing thread.
+class Compute::Bench {
+ public:
+  Bench(const Shared& shared, std::shared_ptr<const Scene> scene, const EvaluatorSettings& settings)
+      : shared_(shared),
+        workshop_(shared.workshop),
+        scene_(std::move(scene)),
+        settings_(settings),
+        everything_(occludees_of(*scene_)) {}
+
+  JobResult work(const Job& job, std::atomic<std::uint64_t>& progress) {
+    if (const auto* task = std::get_if<Task>(&job.work)) return evaluate(*task, progress);
+    return answer(std::get<Inquiry>(job.work), progress);
+  }
+
+ private:
+  std::optional<VisibleSet> set_of(const ParentSet& parent) const {
+    if (parent.all) return everything_;
+    Result<VisibleSet> set = decode_visible_set(parent.set, everything_.universe());
+    if (!set || set->universe() != everything_.universe()) return std::nullopt;
+    return std::move(set).value();
+  }
+
+  JobResult evaluate(const Task& task, std::atomic<std::uint64_t>& progress);
+  JobResult answer(const Inquiry& inquiry, std::atomic<std::uint64_t>& progress);
+  JobResult explain(const Inquiry& inquiry);
+
+  const Shared& shared_;
+  const Workshop& workshop_;
+  std::shared_ptr<const Scene> scene_;
+  EvaluatorSettings settings_;  // of the bake
+  VisibleSet everything_;
+  EvaluateCell evaluate_;
+  EvaluatorSettings evaluate_settings_;  // of evaluate_
+  AnswerAudit audit_;
+  AnswerExplain explain_;
+};
+
+JobResult Compute::Bench::evaluate(const Task& task, std::atomic<std::uint64_t>& progress) {
+  const EvaluatorSettings& settings = task.settings ? *task.settings : settings_;
+  if (settings.raster == RasterKind::kOsmesa && !workshop_.has_osmesa)
+    return failed(task.lease, FailureKind::kDeterministic, "this worker has no OSMesa");
   std::vector<VisibleSet> parents;
   for (const ParentSet& parent : task.parents) {
-    if (parent.all) {
-      parents.push_back(everything);
-      continue;
-    }
-    Result<VisibleSet> set = decode_visible_set(parent.set, everything.universe());
-    if (!set || set->universe() != everything.universe())
-      return failed(task, FailureKind::kTransient, "a parent set does not fit the scene");
-    parents.push_back(std::move(set).value());
+    std::optional<VisibleSet> set = set_of(parent);
+    if (!set)
+      return failed(task.lease, FailureKind::kTransient, "a parent set does not fit the scene");
+    parents.push_back(std::move(*set));
+  }
+  if (!evaluate_ || evaluate_settings_ != settings) {
+    evaluate_ = nullptr;  // the old one goes before the new one comes
+    explain_ = nullptr;   // OSMesa: one at a time
+    evaluate_ = workshop_.make_evaluator(scene_, settings);
+    evaluate_settings_ = settings;
   }
   JobResult answer{.lease = task.lease};
   for (const TaskCell& cell : task.cells) {
-    if (cancelled) break;
+    if (shared_.cancelled) break;
     const double before_ms = thread_cpu_ms();
-    const CellDelta delta = evaluate_cell(cell.key, cell.cell, parents[cell.parent]);
+    const CellDelta delta = evaluate_(cell.key, cell.cell, parents[cell.parent]);
     DeltaHead head{
         .key = cell.key, .point_triangles = delta.point_triangles, .statistics = delta.statistics};
     head.statistics.cpu_ms = thread_cpu_ms() - before_ms;
@@ -88,15 +130,56 @@ JobResult Compute::Shared::evaluate(const Task& task, const VisibleSet& everythi
     answer.deltas.push_back(head);
     ++progress;
   }
-  if (answer.deltas.empty()) return failed(task, FailureKind::kTransient, "cancelled");
+  if (answer.deltas.empty()) return failed(task.lease, FailureKind::kTransient, "cancelled");
   if (answer.data.size() > kMaxResultBytes)
-    return failed(task, FailureKind::kDeterministic, "a result over its size limit");
+    return failed(task.lease, FailureKind::kDeterministic, "a result over its size limit");
+  return answer;
+}
+
+JobResult Compute::Bench::explain(const Inquiry& inquiry) {
+  const ExplainAsked& asked = *inquiry.explain;
+  std::optional<VisibleSet> parent = set_of(inquiry.sets[asked.parent]);
+  if (!parent || index_of(asked.object) >= parent->universe() || !parent->contains(asked.object))
+    return failed(inquiry.lease, FailureKind::kDeterministic,
+                  "the question does not fit the scene");
+  if (settings_.raster == RasterKind::kOsmesa && !workshop_.has_osmesa)
+    return failed(inquiry.lease, FailureKind::kDeterministic, "this worker has no OSMesa");
+  if (!explain_) {
+    evaluate_ = nullptr;  // OSMesa: one at a time
+    explain_ = workshop_.make_explainer(scene_, settings_);
+  }
+  const double before_ms = thread_cpu_ms();
+  JobResult answer{.lease = inquiry.lease};
+  answer.data = encode_finding(explain_({asked.key, asked.cell, std::move(*parent), asked.object}));
+  answer.findings.push_back({answer.data.size(), thread_cpu_ms() - before_ms});
+  return answer;
+}
+
+JobResult Compute::Bench::answer(const Inquiry& inquiry, std::atomic<std::uint64_t>& progress) {
+  if (inquiry.explain) return explain(inquiry);
+  if (!audit_) audit_ = workshop_.make_auditor(scene_, settings_);
+  JobResult answer{.lease = inquiry.lease};
+  for (const AuditAsked& asked : inquiry.audits) {
+    if (shared_.cancelled) break;
+    const double before_ms = thread_cpu_ms();
+    std::optional<VisibleSet> visible = set_of(inquiry.sets[asked.visible]);
+    std::optional<VisibleSet> suspects = set_of(inquiry.sets[asked.suspects]);
+    if (!visible || !suspects)
+      return failed(inquiry.lease, FailureKind::kTransient, "a set does not fit the scene");
+    const Bytes finding = encode_finding(audit_({asked.key, asked.cell, std::move(*visible),
+                                                 std::move(*suspects), asked.seed, asked.rays}));
+    answer.findings.push_back({finding.size(), thread_cpu_ms() - before_ms});
+    answer.data.insert(answer.data.end(), finding.begin(), finding.end());
+    ++progress;
+  }
+  if (answer.findings.empty()) return failed(inquiry.lease, FailureKind::kTransient, "cancelled");
+  if (answer.data.size() > kMaxResultBytes)
+    return failed(inquiry.lease, FailureKind::kDeterministic, "an answer over its size limit");
   return answer;
 }
 
 void Compute::Shared::run() {
-  EvaluateCell evaluate_cell;
-  VisibleSet everything;
+  std::unique_ptr<Bench> bench;
   std::unique_lock lock(mutex);
   for (;;) {
     changed.wait(lock, [&] { return stop || job.has_value(); });
@@ -104,20 +187,20 @@ void Compute::Shared::run() {
     const Job current = std::move(*job);
     job.reset();
     const std::shared_ptr<const Scene> use_scene = scene;
+    const EvaluatorSettings use_settings = settings;
     const bool fresh = std::exchange(scene_changed, false);
     lock.unlock();
     JobResult answer;
     try {
       if (fresh) {
-        evaluate_cell = nullptr;  // the old one goes before the new one comes
-        evaluate_cell = make_evaluator(use_scene, settings);
-        everything = occludees_of(*use_scene);
+        bench.reset();  // the old one goes before the new one comes
+        bench = std::make_unique<Bench>(*this, use_scene, use_settings);
       }
-      answer = evaluate(current.task, everything, evaluate_cell);
+      answer = bench->work(current, progress);
     } catch (const std::bad_alloc&) {
-      answer = failed(current.task, FailureKind::kResource, "out of memory");
+      answer = failed(current.lease(), FailureKind::kResource, "out of memory");
     } catch (const std::exception& error) {
-      answer = failed(current.task, FailureKind::kDeterministic, error.what());
+      answer = failed(current.lease(), FailureKind::kDeterministic, error.what());
     }
     lock.lock();
     result = std::move(answer);
@@ -128,9 +211,9 @@ void Compute::Shared::run() {
   changed.notify_all();
 }
 
-Compute::Compute(MakeEvaluator make_evaluator) : shared_(std::make_shared<Shared>()) {
+Compute::Compute(Workshop workshop) : shared_(std::make_shared<Shared>()) {
   PVS_CHECK(shared_->event >= 0);
-  shared_->make_evaluator = std::move(make_evaluator);
+  shared_->workshop = std::move(workshop);
   thread_ = std::thread([shared = shared_] { shared->run(); });
 }
 

@@ -12,16 +12,25 @@
 #include <thread>
 
 #include "common/pvs/delta.hpp"
+#include "common/pvs/inquiry.hpp"
 #include "common/scene/scene.hpp"
 #include "worker/service/messenger.hpp"
 
 namespace pvsfarm {
 
-// Evaluates one cell; always called on the thread that made it.
 using EvaluateCell = std::function<CellDelta(const CellKey&, const Cell&, const VisibleSet&)>;
-// Makes an evaluator for a scene, on the computing thread.
-using MakeEvaluator =
-    std::function<EvaluateCell(std::shared_ptr<const Scene>, const EvaluatorSettings&)>;
+using AnswerAudit = std::function<AuditFinding(const AuditQuestion&)>;
+using AnswerExplain = std::function<ExplainFinding(const ExplainQuestion&)>;
+// What a worker can compute. Everything is made and called on the computing thread, when it is
+// first needed, and lives as long as the scene (an evaluator and an explainer: as long as their
+// settings).
+struct Workshop {
+  using Scenery = std::shared_ptr<const Scene>;
+  std::function<EvaluateCell(Scenery, const EvaluatorSettings&)> make_evaluator;
+  std::function<AnswerAudit(Scenery, const EvaluatorSettings&)> make_auditor;
+  std::function<AnswerExplain(Scenery, const EvaluatorSettings&)> make_explainer;
+  bool has_osmesa = false;  // a task whose settings need it fails without
+};
 
 // Processor time of the calling thread.
 double thread_cpu_ms();
@@ -29,7 +38,7 @@ double thread_cpu_ms();
 // Threads: all members from one thread, the messenger's.
 class Compute {
  public:
-  explicit Compute(MakeEvaluator make_evaluator);
+  explicit Compute(Workshop workshop);
   // If the thread does not end within a second, it is left behind: the process is about to end.
   ~Compute();
   Compute(const Compute&) = delete;
@@ -47,6 +56,7 @@ class Compute {
 
  private:
   struct Shared;
+  class Bench;
   std::shared_ptr<Shared> shared_;
   std::thread thread_;
   bool running_ = false;

@@ -46,7 +46,9 @@ void Messenger::receive(const Result<Decoded>& decoded, Millis now) {
   if (session_ == 0 || envelope.session != session_ || envelope.epoch != epoch_) return;
 
   if (const auto* task = std::get_if<Task>(&decoded->message)) {
-    on_task(*task);
+    on_job({*task});
+  } else if (const auto* inquiry = std::get_if<Inquiry>(&decoded->message)) {
+    on_job({*inquiry});
   } else if (const auto* ack = std::get_if<ResultAck>(&decoded->message)) {
     on_ack(*ack);
   } else if (const auto* chunk = std::get_if<BlobChunk>(&decoded->message)) {
@@ -102,9 +104,9 @@ void Messenger::on_reject(const Reject& reject) {
   }
 }
 
-void Messenger::on_task(Task task) {
+void Messenger::on_job(Job job) {
   if (draining_) return;
-  jobs_.push_back(std::move(task));
+  jobs_.push_back(std::move(job));
   if (jobs_.size() == 1) request_parent();
 }
 
@@ -117,17 +119,17 @@ void Messenger::ask_blob(const Digest& digest, std::uint64_t offset) {
 // Asks for the next set of the first job that came as a digest.
 void Messenger::request_parent() {
   if (jobs_.empty() || asked_) return;
-  for (const ParentSet& parent : jobs_.front().parents)
+  for (const ParentSet& parent : jobs_.front().sets())
     if (parent.set_bytes != 0) return ask_blob(parent.digest, parent_bytes_.size());
 }
 
 std::optional<Job> Messenger::take_job() {
   if (jobs_.empty() || !ready_ || draining_) return std::nullopt;
-  for (const ParentSet& parent : jobs_.front().parents)
+  for (const ParentSet& parent : jobs_.front().sets())
     if (parent.set_bytes != 0) return std::nullopt;
-  Job job{std::move(jobs_.front())};
+  Job job = std::move(jobs_.front());
   jobs_.pop_front();
-  running_ = Running{job.task.lease, 0};
+  running_ = Running{job.lease(), 0};
   request_parent();
   return job;
 }
@@ -160,7 +162,7 @@ void Messenger::on_blob(BlobChunk chunk) {
     return;
   }
   if (jobs_.empty()) return;
-  for (ParentSet& parent : jobs_.front().parents) {
+  for (ParentSet& parent : jobs_.front().sets()) {
     if (parent.set_bytes == 0) continue;
     if (parent.digest != chunk.digest) return request_parent();
     if (chunk.total_bytes != parent.set_bytes)
@@ -190,7 +192,10 @@ void Messenger::finished(JobResult result) {
 void Messenger::offer(Kept& kept) {
   const JobResult& result = kept.result;
   kept.offer_again = now_ + kOfferAgain;
-  send(ResultBegin{result.lease, result.data.size(), result.deltas});
+  if (result.findings.empty())
+    send(ResultBegin{result.lease, result.data.size(), result.deltas});
+  else
+    send(FindingBegin{result.lease, result.data.size(), result.findings});
   for (std::size_t offset = 0; offset < result.data.size(); offset += kChunkBytes) {
     const std::size_t end = std::min(offset + kChunkBytes, result.data.size());
     const auto first = result.data.begin();
@@ -214,8 +219,8 @@ void Messenger::on_ack(const ResultAck& ack) {
 // it may still be the first.
 void Messenger::forget(LeaseId lease) {
   if (running_ && running_->lease == lease) cancelled_ = lease;
-  const bool first = !jobs_.empty() && jobs_.front().lease == lease;
-  std::erase_if(jobs_, [&](const Task& task) { return task.lease == lease; });
+  const bool first = !jobs_.empty() && jobs_.front().lease() == lease;
+  std::erase_if(jobs_, [&](const Job& job) { return job.lease() == lease; });
   if (!first) return;
   parent_bytes_.clear();
   asked_.reset();
@@ -247,7 +252,7 @@ void Messenger::tick(Millis now) {
   beat_at_ = now + heartbeat_;
   Heartbeat beat{.resident_bytes = resident_bytes_, .ready = ready_ && !draining_};
   if (running_) beat.running.push_back({running_->lease, running_->progress});
-  for (const Task& task : jobs_) beat.running.push_back({task.lease, 0});
+  for (const Job& job : jobs_) beat.running.push_back({job.lease(), 0});
   send(std::move(beat));
 }
 

@@ -13,6 +13,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "common/wire/codec.hpp"
@@ -26,15 +27,25 @@ inline constexpr int kExitDone = 0;
 inline constexpr int kExitDoNotRetry = 42;
 inline constexpr int kExitRetry = 75;
 
-// A task whose parent sets are all at hand.
+// What a coordinator gives to compute. Once taken, no set has a digest any more: all are at hand.
 struct Job {
-  Task task;  // no parent has a digest any more
+  std::variant<Task, Inquiry> work;
+
+  LeaseId lease() const {
+    return std::visit([](const auto& given) { return given.lease; }, work);
+  }
+  std::vector<ParentSet>& sets() {
+    auto* task = std::get_if<Task>(&work);
+    return task != nullptr ? task->parents : std::get<Inquiry>(work).sets;
+  }
 };
 
+// Either deltas, or findings, or a failure.
 struct JobResult {
   LeaseId lease{};
   std::vector<DeltaHead> deltas;
-  Bytes data;  // the sets of all deltas, end to end: of each the hidden one, then the seen one
+  std::vector<FindingHead> findings;
+  Bytes data;  // of all deltas the hidden set, then the seen one, end to end; or all findings
   std::optional<TaskFailed> failure;
 };
 
@@ -95,7 +106,7 @@ class Messenger {
   void send(Message message);
   void on_welcome(const Envelope& envelope, const Welcome& welcome);
   void on_reject(const Reject& reject);
-  void on_task(Task task);
+  void on_job(Job job);
   void on_ack(const ResultAck& ack);
   void on_blob(BlobChunk chunk);
   void request_parent();
@@ -115,7 +126,7 @@ class Messenger {
   std::optional<Welcome> welcome_, scene_request_;
   std::optional<std::uint64_t> scene_bytes_have_;  // while the scene is fetched
   std::optional<BlobChunk> scene_chunk_;
-  std::deque<Task> jobs_;
+  std::deque<Job> jobs_;
   Bytes parent_bytes_;               // of the first job's first parent that is still a digest
   std::map<LeaseId, Kept> results_;  // not acknowledged yet
   std::optional<Running> running_;

@@ -63,11 +63,11 @@ Hello make_hello(const WorkerOptions& options) {
 
 class WorkerLoop {
  public:
-  WorkerLoop(const WorkerOptions& options, std::unique_ptr<Dealer> dealer, MakeEvaluator make)
+  WorkerLoop(const WorkerOptions& options, std::unique_ptr<Dealer> dealer, Workshop workshop)
       : options_(options),
         dealer_(std::move(dealer)),
         cache_(options.cache_folder),
-        compute_(std::move(make)),
+        compute_(std::move(workshop)),
         messenger_(make_hello(options), now()) {}
 
   int run();
@@ -144,7 +144,7 @@ void WorkerLoop::drive_compute() {
   }
   if (compute_.idle() && messenger_.unacknowledged() < kMaxUnacknowledged) {
     if (std::optional<Job> job = messenger_.take_job()) {
-      running_lease_ = job->task.lease;
+      running_lease_ = job->lease();
       compute_.start(std::move(*job));
     }
   }
@@ -202,14 +202,14 @@ int WorkerLoop::run() {
 
 }  // namespace
 
-int run_worker(const WorkerOptions& options, MakeEvaluator make_evaluator) {
+int run_worker(const WorkerOptions& options, Workshop workshop) {
   catch_signals();
   Result<std::unique_ptr<Dealer>> dealer = Dealer::connect(options.endpoint);
   if (!dealer) {
     log_error(dealer.error().text);
     return kExitDoNotRetry;
   }
-  return WorkerLoop(options, std::move(dealer).value(), std::move(make_evaluator)).run();
+  return WorkerLoop(options, std::move(dealer).value(), std::move(workshop)).run();
 }
 
 }  // namespace pvsfarm

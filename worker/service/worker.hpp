@@ -19,6 +19,6 @@ struct WorkerOptions {
 // Until the bake is over, the coordinator refuses this worker, it idles too long, or SIGTERM or
 // SIGINT: then it finishes what it computes, within 25 s. Returns the exit code; says on the log
 // why.
-int run_worker(const WorkerOptions& options, MakeEvaluator make_evaluator);
+int run_worker(const WorkerOptions& options, Workshop workshop);
 
 }  // namespace pvsfarm

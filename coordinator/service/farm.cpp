@@ -1,0 +1,77 @@
+#include "coordinator/service/farm.hpp"
+
+#include <random>
+
+#include "common/base/file.hpp"
+#include "coordinator/service/farm_loop.hpp"
+
+namespace pvsfarm {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = FarmLoop::Clock;
+
+DeskSettings desk_settings(const FarmJob& job, std::string scene_path, Clock::time_point start) {
+  std::random_device device;
+  DeskSettings settings{.evaluator = job.settings,
+                        .scene_digest = job.scene->digest(),
+                        .scene = job.scene->bundle(),
+                        .scene_path = std::move(scene_path),
+                        .pinned_kernel = job.pinned_kernel,
+                        .output = job.output};
+  settings.epoch = (static_cast<std::uint64_t>(device()) << 32 | device()) | 1;
+  if (job.deadline) settings.deadline = std::chrono::duration_cast<Millis>(*job.deadline - start);
+  return settings;
+}
+
+LocalWorkerOptions worker_options(const FarmOptions& options, const std::string& endpoint) {
+  LocalWorkerOptions workers{
+      options.worker_program, {"--connect", endpoint}, options.local_workers};
+  workers.arguments.insert(workers.arguments.end(), options.worker_arguments.begin(),
+                           options.worker_arguments.end());
+  return workers;
+}
+
+// The good-bye must leave before the socket closes; each worker's answer is its BYE.
+void say_good_bye(Router& router, Desk& desk, const FarmLoop& loop) {
+  desk.say_shutdown();
+  for (const Outgoing& out : desk.take_outgoing()) router.send(out.peer, out.envelope, out.message);
+  for (const auto end = Clock::now() + 500ms; desk.session_count() > 0 && Clock::now() < end;) {
+    router.wait(20ms);
+    while (const auto received = router.receive())
+      if (Status late = desk.receive(received->peer, received->decoded, loop.now()); !late) return;
+  }
+}
+
+}  // namespace
+
+Status run_farm(const FarmJob& job, Work& work, const PrivateFolder& folder,
+                const FarmOptions& options, const FarmObserver& observer, FarmFigures& figures) {
+  SignalWatch signals;
+  auto router = Router::bind(options.endpoint.empty() ? folder.endpoint() : options.endpoint);
+  if (!router) return router.error();
+  const std::string endpoint = (*router)->endpoint();
+  if (job.listening)
+    if (Status status = job.listening(endpoint); !status) return status;
+  if (options.local_workers == 0) observer.note("listening on " + endpoint);
+
+  const Clock::time_point start = Clock::now();
+  Desk desk(desk_settings(job, folder.scene_path(), start), work, Millis(0));
+  LocalWorkers workers(worker_options(options, endpoint));
+  const bool local = options.local_workers > 0;
+  if (local && !desk.done())
+    if (Status status = workers.start(); !status) return status;
+
+  FarmLoop loop(**router, desk, work, local ? &workers : nullptr, signals, observer, start);
+  const Status status = loop.run();
+  say_good_bye(**router, desk, loop);
+  figures = {desk.pinned_kernel(), desk.sessions_seen()};
+  return status;
+}
+
+Status put_scene(const PrivateFolder& folder, std::span<const std::byte> bundle) {
+  return write_file(folder.scene_path(),
+                    {reinterpret_cast<const char*>(bundle.data()), bundle.size()});
+}
+
+}  // namespace pvsfarm

@@ -1,0 +1,56 @@
+// A farm at work: socket, poll loop, workers of this machine, for whatever is to be done.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/pvs/settings.hpp"
+#include "common/scene/scene.hpp"
+#include "common/wire/messages.hpp"
+#include "coordinator/service/private_folder.hpp"
+#include "coordinator/service/work.hpp"
+
+namespace pvsfarm {
+
+struct FarmOptions {
+  std::string endpoint;        // "": an ipc endpoint in a private folder
+  unsigned local_workers = 2;  // 0: workers come by themselves
+  std::string worker_program;
+  std::vector<std::string> worker_arguments;
+};
+
+// What happens meanwhile, for the command to show. Threads: the caller's.
+struct FarmObserver {
+  std::function<void(const StatusReport&)> progress;      // a few times a second
+  std::function<void(const std::string&)> note, warning;  // lines for the log
+};
+
+struct FarmJob {
+  std::shared_ptr<const Scene> scene;  // workers find it in the folder
+  EvaluatorSettings settings;
+  std::string pinned_kernel;                                      // "" for the first worker's
+  std::string output;                                             // for the status
+  std::optional<std::chrono::steady_clock::time_point> deadline;  // what is not done then stays so
+  std::function<Status(const std::string& endpoint)> listening;   // may be empty
+};
+
+struct FarmFigures {
+  std::string kernel;         // of the workers; "" if none came
+  std::uint64_t workers = 0;  // sessions in all
+};
+
+// Requires: SIGINT, SIGTERM and SIGCHLD are this function's while it runs; folder.scene_path()
+// holds the scene's bundle.
+// Errors: those of the work; kIo (endpoint); kRuntime (no worker left); kInterrupted (Ctrl-C,
+// drain, cancel). `figures` holds in each case.
+Status run_farm(const FarmJob& job, Work& work, const PrivateFolder& folder,
+                const FarmOptions& options, const FarmObserver& observer, FarmFigures& figures);
+
+// Writes the scene where run_farm() wants it. Errors: kIo.
+Status put_scene(const PrivateFolder& folder, std::span<const std::byte> bundle);
+
+}  // namespace pvsfarm

@@ -1,0 +1,361 @@
+// Questions to a farm under faults: every one is answered exactly once, or given up, or cut off by
+// the deadline. The real desk, board, messengers and codec, under virtual time.
+// A failing seed replays: PVSFARM_SEED=N inquiry_work_test.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <map>
+#include <queue>
+
+#include "common/base/random.hpp"
+#include "common/wire/finding_bytes.hpp"
+#include "coordinator/service/desk.hpp"
+#include "coordinator/service/inquiry_work.hpp"
+#include "worker/service/messenger.hpp"
+
+namespace pvsfarm {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::uint32_t kObjects = 600'000;  // so that a set may be too large for a message
+const CellKey kPoison{7, 1};                 // no worker survives this cell
+
+Cell some_cell(double x) { return Cell::aligned({{x, 0, 0}, {x + 1, 1, 1}}); }
+
+// A large set for a few cells, a small one for the others.
+const VisibleSet& set_for(std::uint32_t root) {
+  static const VisibleSet small = VisibleSet::none(kObjects);
+  static const VisibleSet large = [] {
+    VisibleSet set = VisibleSet::all(kObjects);
+    for (std::uint32_t i = 0; i < kObjects; i += 2) set.remove(ObjectId{i});
+    return set;
+  }();
+  return root % 40 == 10 ? large : small;
+}
+
+std::vector<Question> questions(std::uint32_t count) {
+  std::vector<Question> list;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Cell cell = some_cell(i);
+    if (i % 20 == 3)
+      list.emplace_back(ExplainQuestion{{i, 1}, cell, set_for(i), ObjectId{i}});
+    else if (i % 20 > 15)
+      list.emplace_back(EvaluateQuestion{
+          {i, 1}, cell, set_for(i), {.planes_per_face = 1 + static_cast<int>(i % 2)}});
+    else
+      list.emplace_back(AuditQuestion{{i, 1}, cell, set_for(i), set_for(i + 1), i, 100});
+  }
+  return list;
+}
+
+// What any worker answers: so that a mixed-up answer is seen.
+AuditFinding answer_audit(const AuditAsked& asked, const ParentSet& visible) {
+  AuditFinding finding{.key = asked.key, .rays = asked.seed * 3, .seen = {}, .violations = {}};
+  finding.seen = decode_visible_set(visible.set, kObjects).value();
+  finding.violations.push_back({ObjectId{asked.key.root}, {asked.cell.lo, asked.cell.hi}});
+  return finding;
+}
+
+std::span<const std::byte> view(const std::string& s) { return std::as_bytes(std::span(s)); }
+
+struct Faults {
+  double lost = 0, repeated = 0, delayed = 0;
+  double worker_dies = 0, worker_hangs = 0;  // a second
+  bool poison = false;                       // the worker of kPoison fails, and says so
+};
+
+struct Packet {
+  Millis time{};
+  std::uint64_t order = 0;
+  std::string peer;
+  bool to_worker = false;
+  Frames frames;
+  bool operator>(const Packet& other) const {
+    return std::tie(time, order) > std::tie(other.time, other.order);
+  }
+};
+
+struct SimulatedWorker {
+  std::string peer;
+  std::unique_ptr<Messenger> messenger;
+  std::optional<Job> job;
+  Millis job_ends{};
+  bool hangs = false;
+};
+
+std::size_t size_of(const Job& job) {
+  if (const auto* task = std::get_if<Task>(&job.work)) return task->cells.size();
+  return std::max<std::size_t>(1, std::get<Inquiry>(job.work).audits.size());
+}
+
+class Simulation {
+ public:
+  Simulation(std::uint64_t seed, const Faults& faults, std::uint32_t count,
+             std::optional<Millis> deadline = std::nullopt)
+      : random_(seed),
+        faults_(faults),
+        list_(questions(count), [this](std::uint32_t number, Finding f) { take(number, f); }),
+        work_(list_, kObjects) {
+    DeskSettings settings{.scene_digest = scene_, .epoch = seed + 1};
+    settings.deadline = deadline;
+    if (!faults.poison) settings.limits.board.attempts = 1'000;
+    desk_ = std::make_unique<Desk>(settings, work_, now_);
+    workers_.resize(3);
+    for (SimulatedWorker& worker : workers_) start_worker(worker);
+  }
+
+  bool run() {
+    Millis next_fault = 1s;
+    while (now_ < 24h && !testing::Test::HasFatalFailure()) {
+      now_ += 5ms;
+      deliver();
+      for (SimulatedWorker& worker : workers_) step(worker);
+      EXPECT_TRUE(desk_->tick(now_).ok());
+      send_from_desk();
+      if (desk_->done()) return true;
+      if (now_ < next_fault) continue;
+      next_fault = now_ + 1s;
+      inject_faults();
+    }
+    return false;
+  }
+
+  const std::map<std::uint32_t, int>& answers() const { return answers_; }
+  const QuestionList& list() const { return list_; }
+  const InquiryWork& work() const { return work_; }
+  Millis now() const { return now_; }
+  std::uint64_t blobs() const { return blobs_; }
+
+ private:
+  bool happens(double probability) { return random_.unit() < probability; }
+
+  void take(std::uint32_t number, const Finding& finding) {
+    ++answers_[number];
+    if (const auto* audit = std::get_if<AuditFinding>(&finding)) {
+      EXPECT_EQ(audit->key, (CellKey{number, 1}));
+      EXPECT_EQ(audit->rays, number * 3ull);
+      EXPECT_EQ(audit->seen, set_for(number));
+      ASSERT_EQ(audit->violations.size(), 1u);
+      EXPECT_EQ(audit->violations[0].line.eye, some_cell(number).lo);
+    } else if (const auto* delta = std::get_if<CellDelta>(&finding)) {
+      EXPECT_EQ(delta->key, (CellKey{number, 1}));
+      EXPECT_EQ(delta->hidden, set_for(number));
+      EXPECT_EQ(delta->point_triangles, 1 + number % 2) << "evaluated with other settings";
+    } else {
+      EXPECT_EQ(std::get<ExplainFinding>(finding).lines_checked, number);
+    }
+  }
+
+  void start_worker(SimulatedWorker& worker) {
+    Hello hello;
+    hello.pid = static_cast<std::uint32_t>(++connections_);
+    for (std::uint8_t& b : hello.worker) b = static_cast<std::uint8_t>(random_.next());
+    worker = {.peer = std::to_string(connections_)};
+    worker.messenger = std::make_unique<Messenger>(hello, now_);
+  }
+
+  void post(Packet packet) {
+    if (happens(faults_.lost)) return;
+    const int copies = happens(faults_.repeated) ? 2 : 1;
+    for (int i = 0; i < copies; ++i) {
+      // In order, as the network has it, unless that is the fault.
+      Millis& last = last_arrival_[packet.peer + (packet.to_worker ? "<" : ">")];
+      packet.time = last = std::max(last, now_ + 1ms + Millis(random_.below(20)));
+      if (happens(faults_.delayed)) packet.time += Millis(random_.below(45'000));
+      packet.order = ++order_;
+      network_.push(packet);
+    }
+  }
+
+  void send_from_desk() {
+    for (Outgoing& out : desk_->take_outgoing())
+      post({.peer = out.peer, .to_worker = true, .frames = encode(out.envelope, out.message)});
+  }
+
+  void deliver() {
+    while (!network_.empty() && network_.top().time <= now_) {
+      const Packet packet = network_.top();
+      network_.pop();
+      const Result<Decoded> decoded = decode(view(packet.frames.header), view(packet.frames.body));
+      ASSERT_TRUE(decoded.ok()) << decoded.error().text;
+      if (!packet.to_worker) {
+        blobs_ += std::holds_alternative<BlobGet>(decoded->message);
+        EXPECT_TRUE(desk_->receive(packet.peer, decoded, now_).ok());
+        send_from_desk();
+        continue;
+      }
+      for (SimulatedWorker& worker : workers_)
+        if (worker.peer == packet.peer) worker.messenger->receive(decoded, now_);
+    }
+  }
+
+  void step(SimulatedWorker& worker) {
+    Messenger& messenger = *worker.messenger;
+    if (messenger.take_scene_request()) messenger.scene_ready();
+    if (!worker.job) {
+      worker.job = messenger.take_job();
+      if (worker.job) worker.job_ends = now_ + Millis(size_of(*worker.job) * random_.below(60) + 5);
+    }
+    if (worker.job) {
+      const auto left = static_cast<std::uint64_t>((worker.job_ends - now_).count());
+      const std::uint64_t progress = worker.hangs ? 1 : 1'000'000'000 - left;
+      messenger.set_progress(Running{worker.job->lease(), progress}, 0);
+      const bool cancelled = messenger.cancelled(worker.job->lease());
+      if (!worker.hangs && (cancelled || now_ >= worker.job_ends)) finish(worker, cancelled);
+    }
+    messenger.tick(now_);
+    while (auto out = messenger.next_outgoing())
+      post({.peer = worker.peer, .frames = encode(out->envelope, out->message)});
+    EXPECT_FALSE(messenger.leaving().has_value()) << messenger.leaving()->text;
+    if (messenger.leaving()) start_worker(worker);
+  }
+
+  // A cancelled worker answers the first half.
+  void finish(SimulatedWorker& worker, bool cancelled) {
+    Job job = std::move(*worker.job);
+    worker.job.reset();
+    JobResult result{.lease = job.lease()};
+    const std::size_t count = cancelled ? (size_of(job) + 1) / 2 : size_of(job);
+    const auto add = [&](const Bytes& bytes) {
+      result.data.insert(result.data.end(), bytes.begin(), bytes.end());
+      return bytes.size();
+    };
+    if (const auto* task = std::get_if<Task>(&job.work)) {
+      for (std::size_t i = 0; i < count; ++i) {
+        const TaskCell& cell = task->cells[i];
+        DeltaHead head{.key = cell.key};
+        head.hidden_bytes = add(task->parents[cell.parent].set);
+        head.seen_bytes = add(encode(VisibleSet::none(kObjects)));
+        head.point_triangles = static_cast<std::uint64_t>(task->settings.value().planes_per_face);
+        head.statistics.cpu_ms = 10;
+        result.deltas.push_back(head);
+      }
+    } else if (const auto& inquiry = std::get<Inquiry>(job.work); inquiry.explain) {
+      ExplainFinding finding{.lines_checked = inquiry.explain->key.root, .unblocked = {}};
+      finding.visible = VisibleSet::none(kObjects);
+      result.findings.push_back({add(encode_finding(finding)), 30});
+    } else {
+      for (std::size_t i = 0; i < count; ++i) {
+        const AuditAsked& asked = inquiry.audits[i];
+        if (faults_.poison && asked.key == kPoison)
+          result.failure = TaskFailed{job.lease(), FailureKind::kDeterministic, "poison"};
+        result.findings.push_back(
+            {add(encode_finding(answer_audit(asked, inquiry.sets[asked.visible]))), 5});
+      }
+    }
+    worker.messenger->finished(std::move(result));
+  }
+
+  void inject_faults() {
+    for (SimulatedWorker& worker : workers_) {
+      if (happens(faults_.worker_dies)) {
+        if (happens(0.5)) desk_->gone(worker.peer);  // else nobody tells
+        start_worker(worker);
+      }
+      if (happens(faults_.worker_hangs)) worker.hangs = !worker.hangs;
+    }
+  }
+
+  Random random_;
+  Faults faults_;
+  Millis now_{0};
+  Digest scene_ = DigestBuilder().add("scene").finish();
+  std::map<std::uint32_t, int> answers_;
+  QuestionList list_;
+  InquiryWork work_;
+  std::unique_ptr<Desk> desk_;
+  std::vector<SimulatedWorker> workers_;
+  std::priority_queue<Packet, std::vector<Packet>, std::greater<>> network_;
+  std::map<std::string, Millis> last_arrival_;
+  std::uint64_t connections_ = 0, order_ = 0, blobs_ = 0;
+};
+
+constexpr std::uint32_t kQuestions = 120;
+
+void run_seeds(const Faults& faults, std::uint64_t count) {
+  std::uint64_t first = 1;
+  if (const char* seed = std::getenv("PVSFARM_SEED")) {
+    first = std::strtoull(seed, nullptr, 10);
+    count = 1;
+  }
+  for (std::uint64_t seed = first; seed < first + count; ++seed) {
+    SCOPED_TRACE(::testing::Message() << "PVSFARM_SEED=" << seed);
+    Simulation simulation(seed, faults, kQuestions);
+    ASSERT_TRUE(simulation.run()) << "not done within a virtual day";
+    EXPECT_EQ(simulation.answers().size(), kQuestions);
+    for (const auto& [number, times] : simulation.answers()) EXPECT_EQ(times, 1) << number;
+    EXPECT_TRUE(simulation.list().failures().empty());
+    EXPECT_GE(simulation.blobs(), 9u);  // some sets were too large for a task
+    if (testing::Test::HasFailure()) return;
+  }
+}
+
+}  // namespace
+
+TEST(Inquiries, without_faults) { run_seeds({}, 3); }
+TEST(Inquiries, messages_are_lost) { run_seeds({.lost = 0.05}, 4); }
+TEST(Inquiries, answers_are_repeated) { run_seeds({.repeated = 0.3}, 4); }
+TEST(Inquiries, messages_are_late_and_out_of_order) { run_seeds({.delayed = 0.05}, 4); }
+TEST(Inquiries, workers_die) { run_seeds({.worker_dies = 0.3}, 4); }
+TEST(Inquiries, workers_hang) { run_seeds({.worker_hangs = 0.05}, 4); }
+
+TEST(Inquiries, a_question_that_no_worker_can_answer_is_given_up_and_the_others_are_answered) {
+  Simulation simulation(5, {.poison = true}, kQuestions);
+  ASSERT_TRUE(simulation.run());
+  EXPECT_EQ(simulation.list().failures(), std::vector<std::uint32_t>{kPoison.root});
+  EXPECT_EQ(simulation.answers().size(), kQuestions - 1);
+  EXPECT_EQ(simulation.work().given_up(), 1u);
+}
+
+TEST(Inquiries, at_the_deadline_what_is_answered_counts_and_the_rest_is_left) {
+  Simulation simulation(6, {}, 3'000, 4s);
+  ASSERT_TRUE(simulation.run());
+  EXPECT_GT(simulation.answers().size(), 20u);
+  EXPECT_LT(simulation.answers().size(), 3'000u);
+  for (const auto& [number, times] : simulation.answers()) EXPECT_EQ(times, 1) << number;
+  EXPECT_LT(simulation.now(), 5s);
+}
+
+TEST(Inquiries, a_hanging_worker_does_not_hold_up_the_deadline) {
+  Simulation simulation(7, {.worker_hangs = 1}, 3'000, 4s);
+  ASSERT_TRUE(simulation.run());
+  EXPECT_LT(simulation.now(), 5s);
+}
+
+TEST(Inquiries, answers_that_do_not_fit_their_questions_are_refused) {
+  std::map<std::uint32_t, int> answers;
+  QuestionList list(questions(4), [&](std::uint32_t number, const Finding&) { ++answers[number]; });
+  InquiryWork work(list, kObjects);
+  ASSERT_EQ(work.take_open(0).size(), 4u);
+  SetShelf shelf;
+  ASSERT_TRUE(work.task({.lease = BoardLease{9}, .cells = {{0, 1}, {1, 1}}}, shelf).ok());
+  const auto finding = [](std::uint32_t root) {
+    return encode_finding(
+        AuditFinding{.key = {root, 1}, .seen = VisibleSet::none(kObjects), .violations = {}});
+  };
+  const auto outcome = [&](LeaseId lease, const std::vector<Bytes>& findings) {
+    FindingBegin head{.lease = lease, .findings = {}};
+    WorkResult result{.worker = "worker", .lease = lease, .head = {}, .data = {}};
+    for (const Bytes& bytes : findings) {
+      head.findings.push_back({bytes.size(), 1});
+      result.data.insert(result.data.end(), bytes.begin(), bytes.end());
+    }
+    result.head = head;
+    WorkAnswer answer;
+    const Status status = work.accept(result, answer);
+    return status ? std::optional(answer.outcome) : std::nullopt;
+  };
+  EXPECT_EQ(outcome(LeaseId{8}, {finding(0)}), ResultOutcome::kStale);  // another coordinator's
+  EXPECT_EQ(outcome(LeaseId{9}, {finding(1)}), std::nullopt);           // another cell
+  EXPECT_EQ(outcome(LeaseId{9}, {Bytes(20, std::byte{0xff})}), std::nullopt);
+  EXPECT_EQ(outcome(LeaseId{9}, {encode_finding(ExplainFinding{})}), std::nullopt);
+  EXPECT_TRUE(answers.empty());
+  EXPECT_EQ(outcome(LeaseId{9}, {finding(0)}), ResultOutcome::kMerged);
+  EXPECT_EQ(outcome(LeaseId{9}, {finding(0), finding(1)}), ResultOutcome::kMerged);
+  EXPECT_EQ(outcome(LeaseId{9}, {finding(0), finding(1)}), ResultOutcome::kDuplicate);
+  EXPECT_EQ(outcome(LeaseId{9}, {finding(0), finding(1), finding(2)}), std::nullopt);
+  EXPECT_EQ(answers, (std::map<std::uint32_t, int>{{0, 1}, {1, 1}}));
+}
+
+}  // namespace pvsfarm
