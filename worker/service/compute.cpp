@@ -54,6 +54,10 @@ VisibleSet occludees_of(const Scene& scene) {
   return set;
 }
 
+bool needs_osmesa(const EvaluatorSettings& settings) {
+  return settings.raster == RasterKind::kOsmesa || settings.methods.has(Method::kItemBuffers);
+}
+
 JobResult failed(LeaseId lease, FailureKind kind, std::string text) {
   JobResult result{.lease = lease};
   result.failure = TaskFailed{lease, kind, std::move(text)};
@@ -102,7 +106,7 @@ class Compute::Bench {
 
 JobResult Compute::Bench::evaluate(const Task& task, std::atomic<std::uint64_t>& progress) {
   const EvaluatorSettings& settings = task.settings ? *task.settings : settings_;
-  if (settings.raster == RasterKind::kOsmesa && !workshop_.has_osmesa)
+  if (needs_osmesa(settings) && !workshop_.has_osmesa)
     return failed(task.lease, FailureKind::kDeterministic, "this worker has no OSMesa");
   std::vector<VisibleSet> parents;
   for (const ParentSet& parent : task.parents) {
@@ -142,7 +146,7 @@ JobResult Compute::Bench::explain(const Inquiry& inquiry) {
   if (!parent || index_of(asked.object) >= parent->universe() || !parent->contains(asked.object))
     return failed(inquiry.lease, FailureKind::kDeterministic,
                   "the question does not fit the scene");
-  if (settings_.raster == RasterKind::kOsmesa && !workshop_.has_osmesa)
+  if (needs_osmesa(settings_) && !workshop_.has_osmesa)
     return failed(inquiry.lease, FailureKind::kDeterministic, "this worker has no OSMesa");
   if (!explain_) {
     evaluate_ = nullptr;  // OSMesa: one at a time
