@@ -39,6 +39,7 @@ struct CommandContext {
 
 void add_bake_command(CLI::App& app, CommandContext& context);
 void add_cancel_command(CLI::App& app, CommandContext& context);
+void add_chart_command(CLI::App& app, CommandContext& context);
 void add_coordinate_command(CLI::App& app, CommandContext& context);
 void add_diff_command(CLI::App& app, CommandContext& context);
 void add_drain_command(CLI::App& app, CommandContext& context);

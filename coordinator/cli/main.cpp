@@ -54,6 +54,7 @@ void add_commands(CLI::App& app, CommandContext& context) {
   add_export_command(app, context);
   add_validate_command(app, context);
   add_diff_command(app, context);
+  add_chart_command(app, context);
 }
 
 // What is wrong with the command line, in one line.

@@ -21,8 +21,8 @@ std::string environment_name(const std::string& long_option) {
 
 // What names one run's files or places, or ends the program, is no setting.
 bool is_setting(const std::string& name) {
-  static const char* const kOthers[] = {"help",    "version", "config", "output",
-                                        "picture", "cell",    "at"};
+  static const char* const kOthers[] = {"help", "version", "config", "output", "picture",
+                                        "cell", "at",      "data",   "svg",    "name"};
   return std::find(std::begin(kOthers), std::end(kOthers), name) == std::end(kOthers);
 }
 
