@@ -28,7 +28,9 @@ Json looseness_axis(std::span<const ChartRow> rows) {
   double most = 2;
   for (const ChartRow& row : rows) most = std::max(most, row.pvs_over_seen_triangles);
   Json axis = Json::parse(R"json({"field": "pvs_over_seen", "type": "quantitative",
-    "title": "PVS / seen, triangles", "axis": {"tickCount": 6, "format": "~g"}})json");
+    "title": "PVS / seen, triangles",
+    "axis": {"format": "~g", "values": [0.5, 0.6, 0.7, 0.8, 1, 1.2, 1.5, 2, 3, 4, 6, 8, 10, 15, 20,
+                                        30, 50, 100]}})json");
   axis["scale"] = {{"type", "log"}, {"domain", {0.5, std::ceil(most)}}, {"nice", false}};
   return axis;
 }
@@ -37,30 +39,24 @@ Json looseness_axis(std::span<const ChartRow> rows) {
 Json accuracy_panels(std::span<const ChartRow> rows, bool gap) {
   const std::vector<std::string> scenes = scenes_of(rows);
   const bool one = scenes.size() == 1;
-  Json layers = Json::parse(R"json([
-    {"mark": {"type": "line", "clip": true},
-     "encoding": {"order": {"field": "value", "type": "quantitative"}}},
-    {"mark": {"type": "point", "clip": true}}
-  ])json");
+  Json layers = Json::array();
   if (!gap)
-    layers.insert(layers.begin(),
-                  Json::parse(R"json({"transform": [{"aggregate": [{"op": "count", "as": "n"}],
-                                                     "groupby": ["scene"]}],
-                    "mark": {"type": "rule", "color": "#444444", "strokeDash": [4, 3]},
-                    "encoding": {"x": null, "color": null, "y": {"datum": 1}}})json"));
-  Json encoding = Json::parse(R"json({
-    "x": {"field": "cpu_ms", "type": "quantitative", "title": "CPU time a cell, ms",
-          "scale": {"type": "log"}, "axis": {"tickCount": 5, "format": "~g"}}})json");
+    layers.push_back(Json::parse(R"json({
+      "transform": [{"aggregate": [{"op": "count", "as": "n"}], "groupby": ["scene"]}],
+      "mark": {"type": "rule", "color": "#444444", "strokeDash": [4, 3]},
+      "encoding": {"y": {"datum": 1}}})json"));
+  Json encoding;
+  encoding["x"] = time_axis();
   encoding["y"] = gap ? gap_axis() : looseness_axis(rows);
   encoding["color"] = series_color(rows);
+  layers.push_back({{"mark", {{"type", "point"}, {"clip", true}}}, {"encoding", encoding}});
+  encoding["order"] = {{"field", "value"}, {"type", "quantitative"}};
+  layers.push_back({{"mark", {{"type", "line"}, {"clip", true}}}, {"encoding", encoding}});
   return {
       {"facet", {{"field", "scene"}, {"type", "nominal"}, {"sort", scenes}, {"title", nullptr}}},
       {"columns", std::min(scenes.size(), kPanelsInARow)},
       {"spec",
-       {{"width", one ? 520 : 215},
-        {"height", one ? 260 : 170},
-        {"layer", std::move(layers)},
-        {"encoding", std::move(encoding)}}}};
+       {{"width", one ? 520 : 215}, {"height", one ? 260 : 170}, {"layer", std::move(layers)}}}};
 }
 
 Json accuracy(std::span<const ChartRow> rows) {
@@ -74,7 +70,7 @@ Json accuracy(std::span<const ChartRow> rows) {
                {"cpu_ms", rounded(row.cpu_ms)},
                {"pvs_over_seen", rounded(row.pvs_over_seen_triangles)}};
     value["gap"] = row.gap ? Json(rounded(*row.gap)) : Json(nullptr);
-    any_gap |= row.gap.has_value();
+    any_gap |= row.gap.has_value() && row.series != "bake";  // one dot is no curve
     values.push_back(std::move(value));
   }
   Json spec = chart_frame();
@@ -198,12 +194,17 @@ Json rival(std::span<const ChartRow> rows) {
   ])json");
   spec["layer"][0]["data"]["values"] = Json::array({Json::object()});
   spec["layer"][0]["encoding"]["y"]["datum"] = rounded(100 - 100 * kRivalShare);
-  spec["encoding"] = Json::parse(R"json({
-    "x": {"field": "cpu_ms", "type": "quantitative", "title": "CPU time a cell, ms",
-          "scale": {"type": "log"}, "axis": {"tickCount": 6, "format": "~g"}},
+  Json encoding = Json::parse(R"json({
     "y": {"field": "missed", "type": "quantitative", "title": "missed, % of the objects seen",
-          "scale": {"type": "log"}, "axis": {"tickCount": 5, "format": "~g"}}})json");
-  spec["encoding"]["color"] = series_color(rows);
+          "scale": {"type": "log"},
+          "axis": {"format": "~g", "values": [0.01, 0.1, 0.5, 1, 5, 10, 50, 100]}}})json");
+  encoding["x"] = time_axis();
+  for (std::size_t i = 1; i < spec["layer"].size(); ++i) {
+    Json& layer = spec["layer"][i];
+    if (!layer.contains("encoding")) layer["encoding"] = Json::object();
+    layer["encoding"].update(encoding);
+    layer["encoding"]["color"] = series_color(rows);
+  }
   return spec;
 }
 

@@ -57,7 +57,7 @@ Json series_color(std::span<const ChartRow> rows) {
           {"type", "nominal"},
           {"title", nullptr},
           {"scale", {{"domain", domain}, {"range", range}}},
-          {"legend", {{"orient", "bottom"}, {"columns", 3}}}};
+          {"legend", {{"orient", "bottom"}, {"columns", 3}, {"labelLimit", 500}}}};
 }
 
 Json scene_color(std::span<const ChartRow> rows) {
@@ -66,6 +66,13 @@ Json scene_color(std::span<const ChartRow> rows) {
           {"title", nullptr},
           {"scale", {{"domain", scenes_of(rows)}, {"scheme", "tableau10"}}},
           {"legend", {{"orient", "bottom"}, {"columns", 5}}}};
+}
+
+Json time_axis() {
+  return Json::parse(R"json({"field": "cpu_ms", "type": "quantitative",
+    "title": "CPU time a cell, ms", "scale": {"type": "log"},
+    "axis": {"format": "~g", "values": [0.01, 0.1, 1, 10, 100, 1000, 10000, 100000, 1000000]}
+  })json");
 }
 
 double rounded(double value) {

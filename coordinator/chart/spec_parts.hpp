@@ -25,6 +25,9 @@ Json series_color(std::span<const ChartRow> rows);
 // Color by field "scene".
 Json scene_color(std::span<const ChartRow> rows);
 
+// CPU time along x.
+Json time_axis();
+
 // Six significant digits: data need no more, and files stay small.
 double rounded(double value);
 

@@ -5,7 +5,7 @@ namespace pvsfarm {
 namespace {
 
 constexpr const char* kGrowthAxis = R"json({"field": "growth", "type": "quantitative",
-  "title": "PVS triangles, % of the unperturbed", "scale": {"type": "log"},
+  "title": "PVS, % of the unperturbed", "scale": {"type": "log", "nice": false},
   "axis": {"tickCount": 5, "format": "~g"}})json";
 
 // Perturbations that have an amount: a panel each, a dot a scene, the scenes' median as a line.
@@ -15,7 +15,7 @@ Json amount_panels() {
     "facet": {"field": "perturbation", "type": "nominal", "title": null},
     "columns": 4,
     "spec": {
-      "width": 190, "height": 150,
+      "width": 190, "height": 190,
       "layer": [
         {"mark": {"type": "point", "size": 22, "opacity": 0.45, "color": "#1f5fae"}},
         {"mark": {"type": "line", "color": "#1a1a1a", "strokeWidth": 1.5},

@@ -167,7 +167,7 @@ TEST(ChartSpec, NamesNoFieldThatItsDataLack) {
 
 TEST(ChartSpec, ShowsEverySeriesInItsColor) {
   const auto spec = json::parse(*chart_spec(ChartKind::kAccuracy, some_of_each()));
-  const json& scale = spec["vconcat"][0]["spec"]["encoding"]["color"]["scale"];
+  const json& scale = spec["vconcat"][0]["spec"]["layer"][1]["encoding"]["color"]["scale"];
   ASSERT_EQ(scale["domain"].size(), all_series().size());
   ASSERT_EQ(scale["range"].size(), all_series().size());
   EXPECT_EQ(scale["domain"][0], all_series()[0].legend);
