@@ -188,8 +188,8 @@ without end. Where nothing is below (a bridge, an arch, a balcony) nothing is ad
 * *wrong*: objects declared hidden that anything at all saw. This page is not written unless it is 0
   everywhere.
 
-Samples: $cells cells of each scene, one from each of $cells equal stretches of a curve through all its
-cells.
+Samples: $cells cells of each scene, one from each of $cells equal stretches of a curve through
+all its cells.
 
 ## A bake's settings on every scene
 
@@ -239,8 +239,8 @@ $(cat "$out/size.md")
 ## Against sampling
 
 What most tools do: cast random rays from the cell, and call visible what they hit. In one run, on
-the same cells: the cascade asked for a gap of 0.15, and rays in all directions from random points of
-the cell, up to $rival_rays of them. What is to be found is all that anything in this run saw.
+the same cells: the cascade asked for a gap of 0.15, and rays in all directions from random points
+of the cell, up to $rival_rays of them. What is to be found is all that anything in this run saw.
 $(figure rival "What random rays miss against time")
 $(cat "$out/rival.md")
 
