@@ -11,7 +11,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 cells=${CELLS:-24}                      # of a scene, in charts and tables of single scenes
 rays=${RAYS:-1000000}                   # a cell, against what is culled
 sampling_rays=${SAMPLING_RAYS:-1000000} # a cell, the most of the series that only samples
-rival_rays=${RIVAL_RAYS:-30000000}      # the same, in the comparison with sampling
+rival_rays=${RIVAL_RAYS:-10000000}      # the same, in the comparison with sampling
 farm_cells=${FARM_CELLS:-2000}
 seeds=${SEEDS:-1}                       # random variants of each perturbation
 workers=${WORKERS:-$(nproc)}
@@ -43,8 +43,9 @@ measure() {
   shift 3
   say "measuring $name: $data"
   "$pvsfarm" chart "$out/$file.obj" --cells "$out/$file.cells.json" --tags "$out/$file.tags.json" \
-    --name "$name" --sample "$cells" --workers "$workers" --sampling-rays "$sampling_rays" \
-    -q --json "$out/$data.jsonl" "$@" > "$out/$data.md"
+    --name "$name" --sample "$cells" --workers "$workers" \
+    --sampling-rays "${most_rays:-$sampling_rays}" -q --json "$out/$data.jsonl" "$@" \
+    > "$out/$data.md"
 }
 measure_real() {
   local folder=$1 name options=()
@@ -54,7 +55,7 @@ measure_real() {
   say "measuring $name"
   "$pvsfarm" chart "$folder/scene.obj" --cells "$folder/cells.json" "${options[@]}" \
     --name "$name" --sample "$cells" --workers "$workers" --sampling-rays "$sampling_rays" \
-    -q --json "$out/real_$name.jsonl" --runs 1 --series "$compared" > "$out/real_$name.md"
+    -q --json "$out/real_$name.jsonl" --series "$compared" > "$out/real_$name.md"
 }
 # draw CHART KIND OPTION...: docs/charts/CHART.vl.json and docs/accuracy_CHART.svg
 draw() {
@@ -91,14 +92,14 @@ compared=bake,cascade,item-buffers,resolution,sampling
 cities=() others=() sizes=()
 for size in 2 5 10 20; do
   generate "city_$size" city --blocks 20 --cell-size "$size"
-  measure "city_$size" "city_$size" "city, $size m cells" --runs 1 --series "$compared"
+  measure "city_$size" "city_$size" "city, $size m cells" --series "$compared"
   cities+=("city_$size")
 done
 generate closed_city closed-city --blocks 20
 generate forest forest
 generate rooms rooms
 for scene in closed_city forest rooms; do
-  measure "$scene" "$scene" "${scene/_/ }" --runs 1 --series "$compared"
+  measure "$scene" "$scene" "${scene/_/ }" --series "$compared"
   others+=("$scene")
 done
 reals=()
@@ -115,8 +116,8 @@ for blocks in 5 7 10 14 20; do
   measure "size_$blocks" "size_$blocks" "$blocks x $blocks blocks" --series bake,projection
   sizes+=("size_$blocks")
 done
-measure city_5 rival "city of 20 x 20 blocks, 5 m cells" --runs 1 --series bake,sampling \
-  --kind rival --gap 0.15 --sampling-rays "$rival_rays"
+most_rays=$rival_rays measure city_5 rival "city of 20 x 20 blocks, 5 m cells" \
+  --series bake,sampling --kind rival --gap 0.15
 say "stability"
 "$stability" --seeds "$seeds" > "$out/stability.jsonl"
 

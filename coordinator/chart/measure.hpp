@@ -29,6 +29,8 @@ struct ChartTask {
 using EvaluateChartTasks =
     std::function<Result<std::vector<CellDelta>>(std::span<const ChartTask> tasks)>;
 
+inline constexpr double kLongEvaluation_ms = 500;
+
 struct ChartRequest {
   std::string scene_name;
   std::shared_ptr<const Scene> scene;
@@ -37,7 +39,9 @@ struct ChartRequest {
   std::uint64_t seed = 1;  // of the sample
   std::vector<const Series*> series;
   SeriesBase base;
-  int runs = 2;  // of every evaluation; the least time counts, since disturbances only add
+  // Of every evaluation; the least time counts, since disturbances only add. What took longer than
+  // kLongEvaluation_ms is not repeated: it hardly notices them.
+  int runs = 2;
 };
 
 // The rows of each series in turn. Points of equal settings are evaluated once.

@@ -48,7 +48,7 @@ Points cascade(const SeriesBase& base) {
 
 Points item_buffers(const SeriesBase& base) {
   Points points;
-  for (const int px : {32, 64, 128, 256, 512}) {
+  for (const int px : {32, 128, 512}) {
     EvaluatorSettings settings = base.settings;
     settings.methods = {Method::kItemBuffers, Method::kProjection, Method::kFineProjection};
     settings.gap = 0;

@@ -167,6 +167,18 @@ TEST(ChartMeasure, TheLeastTimeOfSeveralRunsCounts) {
   EXPECT_EQ((*rows)[0].cpu_ms_most, 2);
 }
 
+TEST(ChartMeasure, WhatTakesLongIsNotRepeated) {
+  ChartRequest request = row_of_boxes();
+  request.series = {series_named("bake")};
+  Pretender slow;
+  slow.cpu_ms = kLongEvaluation_ms + 1;
+  rows_of(request, slow);
+  EXPECT_EQ(slow.asked.size(), 4u);
+  Pretender fast;
+  rows_of(request, fast);
+  EXPECT_EQ(fast.asked.size(), 8u);
+}
+
 TEST(ChartMeasure, TwoRunsThatDifferAreAnError) {
   ChartRequest request = row_of_boxes();
   request.series = {series_named("bake")};
