@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <map>
 
 #include "coordinator/chart/fit.hpp"
@@ -23,15 +22,20 @@ Json gap_axis() {
     "scale": {"domain": [0, 1]}, "axis": {"format": "%"}})json");
 }
 
-// Below 1 are sets with holes; farther below nobody wants to look.
+// Below 1 are sets with holes; where most is missing nobody wants to look.
 Json looseness_axis(std::span<const ChartRow> rows) {
-  double most = 2;
-  for (const ChartRow& row : rows) most = std::max(most, row.pvs_over_seen_triangles);
+  constexpr double kNoLower = 0.1;
+  double most = 1.8, least = 0.6;
+  for (const ChartRow& row : rows) {
+    most = std::max(most, row.pvs_over_seen_triangles);
+    least = std::min(least, row.pvs_over_seen_triangles);
+  }
+  const double low = rounded(std::max(least * 0.9, kNoLower)), high = rounded(most * 1.1);
   Json axis = Json::parse(R"json({"field": "pvs_over_seen", "type": "quantitative",
     "title": "PVS / seen, triangles",
-    "axis": {"format": "~g", "values": [0.5, 0.6, 0.7, 0.8, 1, 1.2, 1.5, 2, 3, 4, 6, 8, 10, 15, 20,
+    "axis": {"format": "~g", "values": [0.1, 0.2, 0.3, 0.5, 0.7, 1, 1.2, 1.5, 2, 3, 4, 6, 8, 10, 15, 20,
                                         30, 50, 100]}})json");
-  axis["scale"] = {{"type", "log"}, {"domain", {0.5, std::ceil(most)}}, {"nice", false}};
+  axis["scale"] = {{"type", "log"}, {"domain", {low, high}}, {"nice", false}};
   return axis;
 }
 
@@ -49,6 +53,7 @@ Json accuracy_panels(std::span<const ChartRow> rows, bool gap) {
   encoding["x"] = time_axis();
   encoding["y"] = gap ? gap_axis() : looseness_axis(rows);
   encoding["color"] = series_color(rows);
+  if (one) encoding["color"]["legend"]["columns"] = 2;
   layers.push_back({{"mark", {{"type", "point"}, {"clip", true}}}, {"encoding", encoding}});
   encoding["order"] = {{"field", "value"}, {"type", "quantitative"}};
   layers.push_back({{"mark", {{"type", "line"}, {"clip", true}}}, {"encoding", encoding}});
