@@ -119,7 +119,7 @@ done
 most_rays=$rival_rays measure city_5 rival "city of 20 x 20 blocks, 5 m cells" \
   --series bake,sampling --kind rival --gap 0.15
 say "stability"
-"$stability" --seeds "$seeds" > "$out/stability.jsonl"
+"$stability" --seeds "$seeds" --cells 3 --rays 200000 > "$out/stability.jsonl"
 
 # 2. Draw.
 methods=(--series cascade,item-buffers,resolution,sampling)

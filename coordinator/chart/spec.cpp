@@ -33,7 +33,7 @@ Json looseness_axis(std::span<const ChartRow> rows) {
   const double low = rounded(std::max(least * 0.9, kNoLower)), high = rounded(most * 1.1);
   Json axis = Json::parse(R"json({"field": "pvs_over_seen", "type": "quantitative",
     "title": "PVS / seen, triangles",
-    "axis": {"format": "~g", "values": [0.1, 0.2, 0.3, 0.5, 0.7, 1, 1.2, 1.5, 2, 3, 4, 6, 8, 10, 15, 20,
+    "axis": {"format": "~g", "values": [0.1, 0.2, 0.3, 0.5, 0.7, 1, 1.2, 1.5, 2, 3, 4, 6, 10, 15,
                                         30, 50, 100]}})json");
   axis["scale"] = {{"type", "log"}, {"domain", {low, high}}, {"nice", false}};
   return axis;
