@@ -37,6 +37,7 @@ struct CommandContext {
   std::function<Status()> run;
 };
 
+void add_audit_command(CLI::App& app, CommandContext& context);
 void add_bake_command(CLI::App& app, CommandContext& context);
 void add_cancel_command(CLI::App& app, CommandContext& context);
 void add_chart_command(CLI::App& app, CommandContext& context);

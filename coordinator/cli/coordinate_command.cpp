@@ -3,18 +3,9 @@
 
 #include "coordinator/cli/bake_options.hpp"
 #include "coordinator/cli/command.hpp"
+#include "coordinator/cli/endpoint.hpp"
 
 namespace pvsfarm {
-namespace {
-
-bool stays_on_this_machine(const std::string& endpoint) {
-  for (const char* start : {"ipc://", "tcp://127.", "tcp://localhost:", "tcp://[::1]:"})
-    if (endpoint.rfind(start, 0) == 0) return true;
-  return false;
-}
-
-}  // namespace
-
 void add_coordinate_command(CLI::App& app, CommandContext& context) {
   CLI::App* command =
       app.add_subcommand("coordinate", "the same for workers that connect by themselves");
@@ -28,12 +19,7 @@ void add_coordinate_command(CLI::App& app, CommandContext& context) {
       "  pvsfarm-worker --connect tcp://127.0.0.1:5555");
   command->callback([&context, options, endpoint] {
     context.run = [&context, options, endpoint]() -> Status {
-      if (!stays_on_this_machine(*endpoint))
-        return Error{ErrorKind::kUnsupported,
-                     *endpoint +
-                         ": workers are not authenticated yet, so only ipc:// and loopback "
-                         "addresses are listened on; reach them from elsewhere through a "
-                         "tunnel (ssh -R)"};
+      if (Status status = check_endpoint(*endpoint); !status) return status;
       return run_bake(*options, {.endpoint = *endpoint, .local_workers = 0}, context);
     };
   });

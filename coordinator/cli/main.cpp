@@ -49,6 +49,7 @@ void add_commands(CLI::App& app, CommandContext& context) {
   add_status_command(app, context);
   add_drain_command(app, context);
   add_cancel_command(app, context);
+  add_audit_command(app, context);
   add_inspect_command(app, context);
   add_query_command(app, context);
   add_export_command(app, context);

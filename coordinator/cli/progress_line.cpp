@@ -40,15 +40,19 @@ std::string progress_text(const StatusReport& report) {
 }
 
 void ProgressLine::show(const StatusReport& report) {
+  show_text(progress_text(report), report.elapsed_ms);
+}
+
+void ProgressLine::show_text(const std::string& text, std::uint64_t elapsed_ms) {
   if (options_.quiet) return;
   if (options_.terminal) {
-    std::cerr << "\r\033[K" << progress_text(report) << std::flush;
+    std::cerr << "\r\033[K" << text << std::flush;
     drawn_ = true;
     return;
   }
-  if (report.elapsed_ms < next_ms_) return;
-  next_ms_ = report.elapsed_ms / kLineEveryMs * kLineEveryMs + kLineEveryMs;
-  log_info(progress_text(report));
+  if (elapsed_ms < next_ms_) return;
+  next_ms_ = elapsed_ms / kLineEveryMs * kLineEveryMs + kLineEveryMs;
+  log_info(text);
 }
 
 void ProgressLine::clear() {

@@ -22,6 +22,7 @@ class ProgressLine {
   ~ProgressLine() { clear(); }
 
   void show(const StatusReport& report);
+  void show_text(const std::string& text, std::uint64_t elapsed_ms);
   void clear();  // before other lines
 
  private:

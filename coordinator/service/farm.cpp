@@ -53,7 +53,7 @@ Status run_farm(const FarmJob& job, Work& work, const PrivateFolder& folder,
   const std::string endpoint = (*router)->endpoint();
   if (job.listening)
     if (Status status = job.listening(endpoint); !status) return status;
-  if (options.local_workers == 0) observer.note("listening on " + endpoint);
+  if (options.local_workers == 0 && observer.note) observer.note("listening on " + endpoint);
 
   const Clock::time_point start = Clock::now();
   Desk desk(desk_settings(job, folder.scene_path(), start), work, Millis(0));

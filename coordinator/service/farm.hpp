@@ -23,7 +23,7 @@ struct FarmOptions {
   std::vector<std::string> worker_arguments;
 };
 
-// What happens meanwhile, for the command to show. Threads: the caller's.
+// What happens meanwhile, for the command to show; each may be empty. Threads: the caller's.
 struct FarmObserver {
   std::function<void(const StatusReport&)> progress;      // a few times a second
   std::function<void(const std::string&)> note, warning;  // lines for the log

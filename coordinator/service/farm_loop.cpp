@@ -50,19 +50,21 @@ Status FarmLoop::look_after_workers() {
   const auto ended = workers_->look_after(cells_done_, Clock::now());
   if (!ended) return Error{ended.error().kind, ended.error().text + "; " + work_.when_stopped()};
   for (const LocalWorkers::Ended& worker : *ended) {
-    observer_.warning("worker " + std::to_string(worker.pid) + " ended: " + worker.how);
+    if (observer_.warning)
+      observer_.warning("worker " + std::to_string(worker.pid) + " ended: " + worker.how);
     desk_.worker_exited(worker.pid);
   }
   return {};
 }
 
 void FarmLoop::say_how_far() {
-  for (const std::string& warning : desk_.take_warnings()) observer_.warning(warning);
+  for (const std::string& warning : desk_.take_warnings())
+    if (observer_.warning) observer_.warning(warning);
   if (now() < next_progress_) return;
   next_progress_ = now() + kProgressEvery;
   const StatusReport report = desk_.status(now());
   cells_done_ = report.cells_done;
-  observer_.progress(report);
+  if (observer_.progress) observer_.progress(report);
 }
 
 bool FarmLoop::asked_to_stop() {
@@ -75,7 +77,7 @@ bool FarmLoop::asked_to_stop() {
                          : signals_.interrupted() ? kFlushLimit
                                                   : Millis(24h);
     stop_at_ = now() + limit;
-    observer_.note("stopping: what runs may finish; again to quit at once");
+    if (observer_.note) observer_.note("stopping: what runs may finish; again to quit at once");
   }
   if (desk_.cancel_asked()) stop_at_ = std::min(*stop_at_, now());
   if (signals_.interrupted()) stop_at_ = std::min(*stop_at_, now() + kFlushLimit);

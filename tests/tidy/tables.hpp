@@ -43,6 +43,9 @@ inline constexpr FolderRow kFolders[] = {
     {"coordinator/journal", "common/base common/geometry common/scene common/cells common/pvs"},
     {"coordinator/service",
      "common/ coordinator/tree coordinator/board coordinator/merger coordinator/journal"},
+    {"coordinator/audit",
+     "common/base common/geometry common/scene common/cells common/pvs common/wire "
+     "coordinator/service coordinator/board coordinator/tree"},
     {"coordinator/cli", "common/ coordinator/"},
     {"coordinator", "common/ coordinator/"},
     {"tests", "common/ worker/ coordinator/ proto tests/"},
