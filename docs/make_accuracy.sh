@@ -207,13 +207,16 @@ set against what the others saw. *Random rays* alone prove nothing; their set is
 
 ### Cities
 $(figure cities "PVS over seen and certified gap against time, cities with cells of 2 to 20 m")
+
 ### A city whose answer is known, a forest, rooms
 $(figure others "The same for the closed city, the forest and the rooms")
+
 END
 if [ ${#reals[@]} -gt 0 ]; then
 cat <<END
 ### Real scenes
 $(figure real "The same for real scenes")
+
 END
 fi
 cat <<END
@@ -223,6 +226,7 @@ cat <<END
 City, 5 m cells: the resolution of the maps, the planes a face of the cell, the extent of a map over
 the cell's, and the rasteriser, each varied from the defaults, with the Projections alone.
 $(figure settings "PVS over seen and gap against time, by setting")
+
 $(cat "$out/settings.md")
 
 ## Time and culling against the resolution
@@ -230,11 +234,13 @@ $(cat "$out/settings.md")
 After Fig. 10 of Durand 2000, on our scenes: Projections alone.
 $(figure resolution "Time and culling against the resolution of the maps")
 
+
 ## Time against the size of the scene
 
 After Fig. 11 of Durand 2000: cities of 5 x 5 to 20 x 20 blocks, 1 to 16 times the triangles, 5 m
 cells, $cells cells each.
 $(figure size "Time against the number of triangles")
+
 $(cat "$out/size.md")
 
 ## Against sampling
@@ -243,6 +249,7 @@ What most tools do: cast random rays from the cell, and call visible what they h
 the same cells: the cascade asked for a gap of 0.15, and rays in all directions from random points
 of the cell, up to $rival_rays of them. What is to be found is all that anything in this run saw.
 $(figure rival "What random rays miss against time")
+
 $(cat "$out/rival.md")
 
 ## Stability
@@ -251,6 +258,7 @@ The same scene, changed so that its visible sets should hardly change: how much 
 situations, random scenes and small generated ones, $seeds random variants of each change. Rays look
 for what was declared hidden in every one.
 $(figure stability "Growth of the visible sets by perturbation")
+
 $(cat "$out/stability.md")
 
 ## What is culled
