@@ -4,7 +4,7 @@
 #ifndef PVS_FORMAT_H
 #define PVS_FORMAT_H
 
-#define PVS_FORMAT_VERSION 1u
+#define PVS_FORMAT_VERSION 2u
 #define PVS_HEAD_MAGIC "\x89PVS\r\n\x1a\n" /* as PNG's: a transfer as text breaks it */
 #define PVS_TAIL_MAGIC "PVS END\n"
 #define PVS_NO_PARENT 0xffffffffu
@@ -51,19 +51,24 @@ enum { /* the head of a chunk; nodes, frames, words, columns, row ends and rows 
        PVS_CHUNK_HEAD_BYTES = 24
 };
 
-enum {                        /* a node */
-       PVS_NODE_LO = 0,       /* f64[3] */
-       PVS_NODE_HI = 24,      /* f64[3] */
-       PVS_NODE_ROOT_ID = 48, /* i64 */
-       PVS_NODE_PATH = 56,    /* u64 */
-       PVS_NODE_ROOT = 64,    /* u32 */
-       PVS_NODE_PARENT = 68,  /* u32, or PVS_NO_PARENT */
-       PVS_NODE_FRAME = 72,   /* u32: 0: axis-aligned; k: frame k - 1 of the chunk */
-       PVS_NODE_FLAGS = 76,   /* u32 */
-       PVS_NODE_BYTES = 80
+enum {                                  /* a node */
+       PVS_NODE_LO = 0,                 /* f64[3] */
+       PVS_NODE_HI = 24,                /* f64[3] */
+       PVS_NODE_ROOT_ID = 48,           /* i64 */
+       PVS_NODE_PATH = 56,              /* u64 */
+       PVS_NODE_ROOT = 64,              /* u32 */
+       PVS_NODE_PARENT = 68,            /* u32, or PVS_NO_PARENT */
+       PVS_NODE_FRAME = 72,             /* u32: 0: axis-aligned; k: frame k - 1 of the chunk */
+       PVS_NODE_FLAGS = 76,             /* u32 */
+       PVS_NODE_VISIBLE_OBJECTS = 80,   /* u32: the size of its sets */
+       PVS_NODE_VISIBLE_TRIANGLES = 84, /* u32 */
+       PVS_NODE_SEEN_OBJECTS = 88,      /* u32 */
+       PVS_NODE_SEEN_TRIANGLES = 92,    /* u32 */
+       PVS_NODE_BYTES = 96
 };
 enum { PVS_FLAG_LEAF = 1, PVS_FLAG_QUARANTINED = 2 };
-enum { PVS_FRAME_BYTES = 96 }; /* f64[12]: origin, three axes */
+enum { PVS_REASON_SHIFT = 8, PVS_REASON_MASK = 15 }; /* of the flags: a pvs_reason */
+enum { PVS_FRAME_BYTES = 96 };                       /* f64[12]: origin, three axes */
 
 enum {                       /* location: roots, boxes of every level */
        PVS_LOCATE_ROOTS = 0, /* u32 */

@@ -73,7 +73,7 @@ pvs_status pvs_node(const pvs_store* s, uint32_t node, pvs_node_info* info) {
   static const double kAligned[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
   chunk c;
   const unsigned char* record;
-  uint32_t frame;
+  uint32_t frame, reason;
   int a;
   const pvs_status status = open_chunk(s, node, &c);
   if (status != PVS_OK) return status;
@@ -85,9 +85,16 @@ pvs_status pvs_node(const pvs_store* s, uint32_t node, pvs_node_info* info) {
   info->root = load_u32(record + PVS_NODE_ROOT);
   info->parent = load_u32(record + PVS_NODE_PARENT);
   info->flags = load_u32(record + PVS_NODE_FLAGS);
+  reason = info->flags >> PVS_REASON_SHIFT & PVS_REASON_MASK;
+  info->reason = (pvs_reason)reason;
+  info->visible_objects = load_u32(record + PVS_NODE_VISIBLE_OBJECTS);
+  info->visible_triangles = load_u32(record + PVS_NODE_VISIBLE_TRIANGLES);
+  info->seen_objects = load_u32(record + PVS_NODE_SEEN_OBJECTS);
+  info->seen_triangles = load_u32(record + PVS_NODE_SEEN_TRIANGLES);
   info->end = load_u32(s->subtrees + (uint64_t)node * 4);
   frame = load_u32(record + PVS_NODE_FRAME);
-  if (frame > c.frame_count || info->end <= node || info->end > s->node_count || info->path == 0 ||
+  if (frame > c.frame_count || reason > PVS_REASON_MERGED || info->end <= node ||
+      info->end > s->node_count || info->path == 0 ||
       (info->parent != PVS_NO_PARENT && info->parent >= node))
     return PVS_DAMAGED;
   info->turned = frame != 0;

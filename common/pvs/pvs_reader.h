@@ -77,6 +77,18 @@ typedef struct pvs_object_info {
   uint32_t flags;      /* PVS_FLAG_OCCLUDER ... */
 } pvs_object_info;
 
+/* Why a node was not split. */
+typedef enum pvs_reason {
+  PVS_REASON_NONE = 0, /* it was */
+  PVS_REASON_NO_BUDGET = 1,
+  PVS_REASON_BUDGET_MET = 2,
+  PVS_REASON_TOO_SMALL = 3,
+  PVS_REASON_POINT_OVER_BUDGET = 4, /* one viewpoint sees more than the budget */
+  PVS_REASON_NOTHING_TO_GAIN = 5,   /* one viewpoint sees nearly all of its set */
+  PVS_REASON_GIVEN_UP = 6,          /* never evaluated: it has its parent's set */
+  PVS_REASON_MERGED = 7             /* it was, but the parts agreed: its sets are their unions */
+} pvs_reason;
+
 /* The cell is { origin + sum t[a] * axes[a] : lo[a] <= t[a] <= hi[a] }, z up. */
 typedef struct pvs_node_info {
   double origin[3], axes[3][3], lo[3], hi[3];
@@ -86,7 +98,11 @@ typedef struct pvs_node_info {
   uint32_t parent; /* a node, or PVS_NO_PARENT */
   uint32_t end;    /* the node after its last descendant */
   uint32_t flags;  /* PVS_FLAG_LEAF ... */
-  int turned;      /* 0: origin 0 and the coordinate axes */
+  pvs_reason reason;
+  /* The size of its sets, without decoding them. What is visible but not seen is what nobody could
+   * settle: (visible - seen) / visible is the cell's gap. */
+  uint32_t visible_objects, visible_triangles, seen_objects, seen_triangles;
+  int turned; /* 0: origin 0 and the coordinate axes */
 } pvs_node_info;
 
 typedef enum pvs_set { PVS_VISIBLE = 0, PVS_SEEN = 1 } pvs_set;

@@ -4,6 +4,7 @@
 #include <bit>
 #include <utility>
 
+#include "common/base/check.hpp"
 #include "common/pvs/pvs_format.h"
 
 namespace pvsfarm {
@@ -45,12 +46,16 @@ ChunkBuilder::Row ChunkBuilder::row_of(const VisibleSet& set) {
   return row;
 }
 
-void ChunkBuilder::add(const StoreNode& node, std::uint32_t parent) {
-  std::uint32_t flags = 0;
+void ChunkBuilder::add(const StoreNode& node, std::uint32_t parent, const NodeSizes& sizes) {
+  const LeafReason reason = !node.leaf         ? LeafReason::kNone
+                            : node.quarantined ? LeafReason::kGivenUp
+                                               : node.reason;
+  PVS_CHECK_EQ(node.leaf, (reason != LeafReason::kNone));
+  std::uint32_t flags = static_cast<std::uint32_t>(reason) << PVS_REASON_SHIFT;
   if (node.leaf) flags |= PVS_FLAG_LEAF;
   if (node.quarantined) flags |= PVS_FLAG_QUARANTINED;
-  nodes_.push_back(
-      {node.key, node.root_id, parent, frame_of(node.cell), flags, node.cell.lo, node.cell.hi});
+  nodes_.push_back({node.key, node.root_id, parent, frame_of(node.cell), flags, sizes, node.cell.lo,
+                    node.cell.hi});
   visible_.push_back(row_of(node.visible));
   seen_.push_back(row_of(node.seen));
 }
@@ -105,6 +110,10 @@ ByteWriter ChunkBuilder::take() {
     out.put_u32(node.parent);
     out.put_u32(node.frame);
     out.put_u32(node.flags);
+    out.put_u32(node.sizes.visible_objects);
+    out.put_u32(node.sizes.visible_triangles);
+    out.put_u32(node.sizes.seen_objects);
+    out.put_u32(node.sizes.seen_triangles);
   }
   for (const Frame& frame : frames_)
     for (const std::uint64_t bits : frame) out.put_u64(bits);

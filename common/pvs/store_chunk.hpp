@@ -18,9 +18,15 @@ namespace pvsfarm {
 inline constexpr std::uint32_t kMaxChunkNodes = 1024;
 inline constexpr std::size_t kMaxChunkWords = std::size_t{1} << 20;  // non-zero, of all its sets
 
+// What a node says of its sets without their rows.
+struct NodeSizes {
+  std::uint32_t visible_objects = 0, visible_triangles = 0;
+  std::uint32_t seen_objects = 0, seen_triangles = 0;
+};
+
 class ChunkBuilder {
  public:
-  void add(const StoreNode& node, std::uint32_t parent);
+  void add(const StoreNode& node, std::uint32_t parent, const NodeSizes& sizes);
   bool full() const { return nodes_.size() >= kMaxChunkNodes || words_held_ >= kMaxChunkWords; }
   bool empty() const { return nodes_.empty(); }
   // The payload of the block; the builder is empty again.
@@ -39,6 +45,7 @@ class ChunkBuilder {
     CellKey key;
     std::int64_t root_id;
     std::uint32_t parent, frame, flags;
+    NodeSizes sizes;
     Vec3 lo, hi;
   };
   using Frame = std::array<std::uint64_t, 12>;  // bit patterns: -0 and NaN are kept apart

@@ -9,6 +9,11 @@
 #include "common/pvs/pvs_reader.h"
 
 namespace pvsfarm {
+
+static_assert(static_cast<int>(LeafReason::kMerged) == PVS_REASON_MERGED &&
+              static_cast<int>(LeafReason::kGivenUp) == PVS_REASON_GIVEN_UP &&
+              kLeafReasonCount == PVS_REASON_MERGED + 1);
+
 namespace {
 
 Vec3 vec3_of(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
@@ -153,6 +158,9 @@ Result<StoredNode> StoreReader::node(std::uint32_t index) {
       .end = info.end,
       .leaf = (info.flags & PVS_FLAG_LEAF) != 0,
       .quarantined = (info.flags & PVS_FLAG_QUARANTINED) != 0,
+      .reason = static_cast<LeafReason>(info.reason),
+      .visible = {info.visible_objects, info.visible_triangles},
+      .seen = {info.seen_objects, info.seen_triangles},
       .cell = {.origin = vec3_of(info.origin),
                .axes = {vec3_of(info.axes[0]), vec3_of(info.axes[1]), vec3_of(info.axes[2])},
                .lo = vec3_of(info.lo),

@@ -19,6 +19,11 @@ struct pvs_store;
 
 namespace pvsfarm {
 
+struct SetSize {
+  std::uint32_t objects = 0, triangles = 0;
+  friend bool operator==(const SetSize&, const SetSize&) = default;
+};
+
 // A cell of the hierarchy. `index` is its number in canonical order, the "cell N" of the commands.
 struct StoredNode {
   std::uint32_t index = 0;
@@ -27,6 +32,8 @@ struct StoredNode {
   std::int64_t parent = -1;  // an index, or -1
   std::uint32_t end = 0;     // the index after its last descendant
   bool leaf = true, quarantined = false;
+  LeafReason reason = LeafReason::kNone;  // why it is a leaf
+  SetSize visible, seen;                  // of its sets
   Cell cell;
 };
 

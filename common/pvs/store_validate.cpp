@@ -28,6 +28,7 @@ class Validation {
 
   StoreReader& reader_;
   const pvs_store& raw_ = reader_.raw();
+  std::vector<StoreObject> objects_;
   std::vector<Ancestor> ancestors_;
   std::vector<bool> is_root_;
   std::uint32_t leaf_count_ = 0;
@@ -65,12 +66,20 @@ Status Validation::check_node(const StoredNode& node) {
   }
   if (node.leaf != (node.end == node.index + 1))
     return wrong(node, node.leaf ? "is a leaf with children" : "has no children and is no leaf");
+  if (node.leaf != (node.reason != LeafReason::kNone) ||
+      (node.leaf && node.quarantined) != (node.reason == LeafReason::kGivenUp))
+    return wrong(node, "gives a reason that does not fit it");
   is_root_.push_back(node.key.is_root());
   leaf_count_ += node.leaf ? 1 : 0;
   return {};
 }
 
 Status Validation::check_sets(const StoredNode& node, const StoredSets& sets) {
+  const auto size_of = [&](const VisibleSet& set) {
+    return SetSize{set.count(), static_cast<std::uint32_t>(triangles_of(set, objects_))};
+  };
+  if (node.visible != size_of(sets.visible) || node.seen != size_of(sets.seen))
+    return wrong(node, "counts other objects or triangles than its sets hold");
   if (!sets.seen.subset_of(sets.visible)) return wrong(node, "has seen what is not visible");
   if (!ancestors_.empty() && !sets.visible.subset_of(ancestors_.back().visible))
     return wrong(node, "sees what its parent does not");
@@ -103,8 +112,9 @@ Status Validation::check_location() {
 
 Status Validation::run() {
   if (Status status = check_digest(); !status) return status;
-  const auto objects = reader_.objects();
+  auto objects = reader_.objects();
   if (!objects) return objects.error();
+  objects_ = std::move(*objects);
   for (std::uint32_t i = 0; i < reader_.node_count(); ++i) {
     const Result<StoredNode> node = reader_.node(i);
     if (!node) return node.error();

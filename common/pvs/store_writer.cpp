@@ -26,7 +26,7 @@ std::uint32_t flags_of(const StoreObject& object) {
   return flags;
 }
 
-// Memory: one chunk, 4 bytes a node and 28 a root.
+// Memory: one chunk, 4 bytes a node, 28 a root and 4 an object.
 class FileStoreWriter : public StoreWriter {
  public:
   FileStoreWriter(std::unique_ptr<AtomicFile> file, std::uint32_t object_count)
@@ -48,12 +48,14 @@ class FileStoreWriter : public StoreWriter {
   void close_subtrees_before(const CellKey* key);
   Status put(std::span<const std::byte> data);
   Status put_block(std::uint32_t kind, std::uint32_t first_node, ByteWriter payload);
+  NodeSizes sizes_of(const StoreNode& node) const;
   Status put_chunk();
   Status put_subtrees();
   Status put_directory_and_tail();
 
   std::unique_ptr<AtomicFile> file_;
   std::uint32_t object_count_;
+  std::vector<std::uint32_t> triangle_counts_;  // by object
   DigestBuilder digest_;
   ByteWriter directory_;
   std::uint32_t block_count_ = 0, leaf_count_ = 0;
@@ -100,6 +102,7 @@ Status FileStoreWriter::begin(const StoreHeader& header, std::span<const StoreOb
     records.put_vec3(object.box.hi);
     records.put_u64(names.size());
     records.put_u32(object.triangle_count);
+    triangle_counts_.push_back(object.triangle_count);
     records.put_u32(object.file_index);
     records.put_u32(flags_of(object));
     records.put_u32(0);
@@ -138,8 +141,18 @@ Status FileStoreWriter::add(const StoreNode& node) {
   subtree_ends_.push_back(0);
   open_.push_back({node.key, index, node.leaf});
   leaf_count_ += node.leaf ? 1 : 0;
-  chunk_.add(node, parent);
+  chunk_.add(node, parent, sizes_of(node));
   return chunk_.full() ? put_chunk() : Status();
+}
+
+NodeSizes FileStoreWriter::sizes_of(const StoreNode& node) const {
+  const auto triangles = [&](const VisibleSet& set) {
+    std::uint64_t sum = 0;
+    set.for_each([&](ObjectId id) { sum += triangle_counts_[index_of(id)]; });
+    PVS_CHECK_LE(sum, 0xffffffffu);  // a scene has at most 2^31
+    return static_cast<std::uint32_t>(sum);
+  };
+  return {node.visible.count(), triangles(node.visible), node.seen.count(), triangles(node.seen)};
 }
 
 Status FileStoreWriter::put_chunk() {

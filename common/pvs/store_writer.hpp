@@ -13,6 +13,7 @@
 #include "common/base/ids.hpp"
 #include "common/base/result.hpp"
 #include "common/cells/cell.hpp"
+#include "common/pvs/leaf_reason.hpp"
 #include "common/pvs/visible_set.hpp"
 #include "common/scene/scene.hpp"
 
@@ -39,6 +40,7 @@ struct StoreNode {
   CellKey key;
   std::int64_t root_id = 0;  // the id given in the cells file
   bool leaf = true;
+  LeafReason reason = LeafReason::kNoBudget;  // of a leaf that is not quarantined
   bool quarantined = false;  // never evaluated: keeps its parent's PVS, the bake is incomplete
   Cell cell;
   VisibleSet visible;

@@ -53,6 +53,13 @@ class VisibleSet {
   std::vector<std::uint64_t> words_;
 };
 
+// What is neither seen nor hidden, as a share of what is visible: how loose a cell's answer may be.
+// 0 where nothing is visible.
+inline double gap_of(std::uint64_t visible, std::uint64_t seen) {
+  if (seen >= visible) return 0;
+  return static_cast<double>(visible - seen) / static_cast<double>(visible);
+}
+
 // Canonical compact bytes for messages and the journal (not the store's format): LEB128 of the
 // universe, then of the lengths of alternating runs, absent first, present second, ...
 std::vector<std::byte> encode(const VisibleSet& set);

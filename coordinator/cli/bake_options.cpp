@@ -4,15 +4,14 @@
 
 #include <CLI/CLI.hpp>
 #include <cmath>
-#include <iomanip>
 #include <iostream>
-#include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "common/base/log.hpp"
 #include "common/scene/import.hpp"
 #include "common/scene/scene_build.hpp"
+#include "coordinator/cli/bake_summary.hpp"
 #include "coordinator/cli/progress_line.hpp"
-#include "coordinator/cli/text.hpp"
 
 namespace pvsfarm {
 namespace {
@@ -53,85 +52,121 @@ Result<std::vector<RootCell>> root_cells(const BakeOptions& options, const Scene
   return cells;
 }
 
-void print_json(const std::string& output, const BakeSummary& s) {
-  const nlohmann::ordered_json json{{"output", output},
-                                    {"already_baked", s.already_baked},
-                                    {"cells", s.cells},
-                                    {"leaves", s.leaves},
-                                    {"quarantined", s.quarantined},
-                                    {"disagreements", s.disagreements},
-                                    {"contradictions", s.contradictions},
-                                    {"evaluated", s.evaluated},
-                                    {"resumed", s.resumed},
-                                    {"mean_objects", s.mean_objects},
-                                    {"mean_triangles", s.mean_triangles},
-                                    {"culled_percent", s.culled_percent},
-                                    {"bytes", s.file_bytes},
-                                    {"seconds", s.seconds},
-                                    {"workers", s.workers},
-                                    {"worker_cpu_ms_per_cell", s.worker_cpu_ms_per_cell},
-                                    {"coordinator_cpu_ms_per_cell", s.coordinator_cpu_ms_per_cell}};
-  std::cout << json.dump() << '\n';
+std::string method_names(Methods methods) {
+  std::string names;
+  for (int i = 0; i < kMethodCount; ++i)
+    if (methods.has(static_cast<Method>(i)))
+      names += std::string(names.empty() ? "" : ",") + to_string(static_cast<Method>(i));
+  return names;
 }
 
-void print_text(const std::string& output, const BakeSummary& s, int verbosity) {
-  if (verbosity < 0) return;
-  std::cout << std::fixed << std::setprecision(1);
-  std::cout << output << ": " << s.leaves << " leaf cells of " << s.cells << ", "
-            << bytes_text(s.file_bytes) << "\n"
-            << "mean PVS: " << s.mean_objects << " objects, " << s.mean_triangles << " triangles, "
-            << s.culled_percent << " % culled\n"
-            << "time: " << duration_text(s.seconds) << ", " << s.worker_cpu_ms_per_cell
-            << " ms of CPU a cell";
-  if (s.resumed > 0) std::cout << ", " << s.resumed << " cells from the journal";
-  std::cout << '\n';
-  if (verbosity > 0)
-    std::cout << std::setprecision(3) << "coordinator: " << s.coordinator_cpu_ms_per_cell
-              << " ms of CPU a cell\n";
+// Errors: the text says which names there are.
+Result<Methods> methods_in(const std::string& list) {
+  std::uint32_t bits = 0;
+  std::istringstream names(list);
+  for (std::string name; std::getline(names, name, ',');) {
+    const std::optional<Method> method = method_named(name);
+    if (!method)
+      return Error{ErrorKind::kCommandLine, "no method \"" + name + "\"; a list, with commas, of " +
+                                                method_names(Methods::from_bits(~0u))};
+    bits |= Methods{*method}.bits();
+  }
+  return Methods::from_bits(bits);
+}
+
+void add_scene_options(CLI::App& command, BakeOptions& options) {
+  command.add_option("scene", options.scene, "glTF, GLB, OBJ or PLY")->required();
+  command.add_option("-o,--output", options.output, "the store, OUT.pvs")->required();
+  command.add_option("--cells", options.cells,
+                     "FILE.json, or grid:SIZE[:HEIGHT] over the walkable ground; default: a grid");
+  command.add_option("--tags", options.tags, "FILE.json: what occludes, what is culled");
+  command.add_option("--occluders", options.occluders, "a scene file of geometry that only hides");
+  command.add_option("--up", options.up, "y or z; default: y for glTF, z for others")
+      ->check(CLI::IsMember({"y", "z"}));
+}
+
+void add_subdivision_options(CLI::App& command, SubdivisionSettings& settings) {
+  command
+      .add_option("--budget", settings.budget_triangles,
+                  "split cells whose PVS holds more triangles; 0: never")
+      ->capture_default_str();
+  command
+      .add_option("--min-cell", settings.min_cell_m,
+                  "never split a side shorter than twice this, in metres")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command
+      .add_option("--split-gain", settings.split_gain,
+                  "do not split where one viewpoint sees all but this part of the PVS")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  command
+      .add_option("--merge-tolerance", settings.merge_tolerance,
+                  "halves become one again if that adds at most this part; negative: never")
+      ->check(CLI::Range(-1.0, 100.0))
+      ->capture_default_str();
+}
+
+// How hard a cell is tried.
+void add_effort_options(CLI::App& command, BakeOptions& options) {
+  EvaluatorSettings& settings = options.settings.evaluator;
+  command
+      .add_option("--gap", settings.gap,
+                  "a cell is done when this part of its PVS, in triangles, is not certainly seen")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  command
+      .add_option("--rays", settings.max_rays,
+                  "at most so many rays a cell look for what is certainly seen; 0: none")
+      ->capture_default_str();
+  command
+      .add_option("--cell-time", settings.time_ms,
+                  "nominal ms after which no further method is begun; 0: no limit. Counted in work "
+                  "at fixed prices, the same on every machine")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command
+      .add_option("--methods", options.methods,
+                  "which to use, of " + method_names(Methods::from_bits(~0u)))
+      ->check(CLI::Validator(
+          [](const std::string& list) {
+            const auto methods = methods_in(list);
+            return methods ? std::string() : methods.error().text;
+          },
+          "LIST"))
+      ->capture_default_str();
+}
+
+void add_projection_options(CLI::App& command, BakeOptions& options) {
+  EvaluatorSettings& settings = options.settings.evaluator;
+  command.add_option("--raster", options.raster, "osmesa or direct")
+      ->check(CLI::IsMember({"osmesa", "direct"}))
+      ->capture_default_str();
+  command.add_option("--resolution", settings.resolution_px, "pixels a side of a map")
+      ->check(CLI::Range(64, 1024))
+      ->capture_default_str();
+  command.add_option("--planes", settings.planes_per_face, "projection planes a cell face")
+      ->check(CLI::Range(1, 16))
+      ->capture_default_str();
+  command
+      .add_option("--extent", settings.extent,
+                  "half side of a map over cell half side and distance")
+      ->check(CLI::Range(0.25, 4.0))
+      ->capture_default_str();
+  command.add_option("--near", settings.near_m, "matter nearer to the cell never hides, in metres")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
 }
 
 }  // namespace
 
 std::shared_ptr<BakeOptions> add_bake_options(CLI::App& command) {
   auto options = std::make_shared<BakeOptions>();
-  BakeSettings& settings = options->settings;
-  command.add_option("scene", options->scene, "glTF, GLB, OBJ or PLY")->required();
-  command.add_option("-o,--output", options->output, "the store, OUT.pvs")->required();
-  command.add_option("--cells", options->cells,
-                     "FILE.json, or grid:SIZE[:HEIGHT] over the walkable ground; default: a grid");
-  command.add_option("--tags", options->tags, "FILE.json: what occludes, what is culled");
-  command.add_option("--occluders", options->occluders, "a scene file of geometry that only hides");
-  command.add_option("--up", options->up, "y or z; default: y for glTF, z for others")
-      ->check(CLI::IsMember({"y", "z"}));
-  command
-      .add_option("--budget", settings.subdivision.budget_triangles,
-                  "split cells whose PVS holds more triangles; 0: never")
-      ->capture_default_str();
-  command
-      .add_option("--min-cell", settings.subdivision.min_cell_m,
-                  "never split a side shorter than twice this, in metres")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  command.add_option("--raster", options->raster, "osmesa or direct")
-      ->check(CLI::IsMember({"osmesa", "direct"}))
-      ->capture_default_str();
-  command.add_option("--resolution", settings.evaluator.resolution_px, "pixels a side of a map")
-      ->check(CLI::Range(64, 1024))
-      ->capture_default_str();
-  command
-      .add_option("--planes", settings.evaluator.planes_per_face, "projection planes a cell face")
-      ->check(CLI::Range(1, 16))
-      ->capture_default_str();
-  command
-      .add_option("--extent", settings.evaluator.extent,
-                  "half side of a map over cell half side and distance")
-      ->check(CLI::Range(0.25, 4.0))
-      ->capture_default_str();
-  command
-      .add_option("--near", settings.evaluator.near_m,
-                  "matter nearer to the cell never hides, in metres")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
+  options->methods = method_names(options->settings.evaluator.methods);
+  add_scene_options(command, *options);
+  add_subdivision_options(command, options->settings.subdivision);
+  add_effort_options(command, *options);
+  add_projection_options(command, *options);
   command.add_flag("--fresh", options->fresh, "discard what an earlier bake left, and begin anew");
   command.add_flag("--json", options->json, "the summary as one JSON object");
   return options;
@@ -155,6 +190,11 @@ Result<BakeJob> prepare_job(const BakeOptions& options, const FarmObserver& obse
   BakeJob job{.settings = options.settings, .output = options.output, .fresh = options.fresh};
   job.settings.evaluator.raster =
       options.raster == "osmesa" ? RasterKind::kOsmesa : RasterKind::kDirect;
+  const auto methods = methods_in(options.methods);
+  if (!methods) return methods.error();
+  job.settings.evaluator.methods = *methods;
+  // One budget: the evaluator tries harder where the coordinator would split.
+  job.settings.evaluator.budget_triangles = job.settings.subdivision.budget_triangles;
   {
     const auto scene = Scene::from_bytes(*bundle);
     if (!scene) return scene.error();
@@ -191,16 +231,17 @@ Status run_bake(const BakeOptions& options, const FarmOptions& farm,
   const FarmObserver observer = observe(context);
   Result<BakeJob> job = prepare_job(options, observer);
   if (!job) return job.error();
+  const Methods methods = job->settings.evaluator.methods;
   const Result<BakeSummary> summary = bake(std::move(job).value(), farm, observer);
   if (!summary) return summary.error();
   if (summary->already_baked) observer.note(options.output + ": already baked");
   if (options.json)
-    print_json(options.output, *summary);
-  else if (!summary->already_baked)
-    print_text(options.output, *summary, context.verbosity);
-  if (summary->quarantined > 0)
+    std::cout << bake_summary_json(options.output, *summary, methods);
+  else if (!summary->already_baked && context.verbosity >= 0)
+    std::cout << bake_summary_text(options.output, *summary, methods, context.verbosity);
+  if (summary->store.quarantined > 0)
     return Error{ErrorKind::kIncomplete,
-                 options.output + ": " + std::to_string(summary->quarantined) +
+                 options.output + ": " + std::to_string(summary->store.quarantined) +
                      " cells could not be evaluated and keep their parent's set; the same command "
                      "tries them again"};
   return {};

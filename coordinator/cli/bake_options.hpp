@@ -14,6 +14,7 @@ struct BakeOptions {
   std::string scene, output;
   std::string cells, tags, occluders;  // "" for none
   std::string up, raster = "direct";
+  std::string methods;  // names with commas
   BakeSettings settings;
   bool fresh = false, json = false;
 };

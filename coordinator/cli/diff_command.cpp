@@ -52,6 +52,8 @@ void print_text(const StoreDiff& diff, const DiffOptions& options) {
     if (changed.moved) std::cout << "  has another box\n";
     print_names("lost", changed.lost);
     print_names("gained", changed.gained);
+    print_names("no longer certified seen", changed.seen_lost);
+    print_names("newly certified seen", changed.seen_gained);
   }
   std::cout << grouped(diff.changed.size()) << " of "
             << counted(diff.common_cells, "common cell differs", "common cells differ") << "; "
@@ -75,7 +77,9 @@ void print_json(const StoreDiff& diff) {
                        {"cell_in_b", c.index_in_b},
                        {"moved", c.moved},
                        {"lost", c.lost},
-                       {"gained", c.gained}});
+                       {"gained", c.gained},
+                       {"seen_lost", c.seen_lost},
+                       {"seen_gained", c.seen_gained}});
   const Json out{{"same_bytes", diff.same_bytes},
                  {"same", diff.empty()},
                  {"objects_only_in_a", diff.objects_only_in_a},

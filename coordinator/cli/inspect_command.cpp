@@ -14,6 +14,7 @@ struct InspectOptions {
   std::string store;
   bool json = false;
   PictureRequest picture;
+  std::string color = "visible";
 };
 
 Status run_inspect(const InspectOptions& options) {
@@ -21,8 +22,10 @@ Status run_inspect(const InspectOptions& options) {
   if (!store) return store.error();
   const auto summary = summarise(**store);
   if (!summary) return summary.error();
-  if (!options.picture.path.empty())
-    if (Status status = draw_store(**store, *summary, options.picture); !status) return status;
+  PictureRequest picture = options.picture;
+  picture.by_gap = options.color == "gap";
+  if (!picture.path.empty())
+    if (Status status = draw_store(**store, *summary, picture); !status) return status;
   std::cout << (options.json ? summary_json(*summary) : summary_text(*summary));
   return {};
 }
@@ -36,11 +39,16 @@ void add_inspect_command(CLI::App& app, CommandContext& context) {
   command->add_flag("--json", options->json, "one JSON object instead of text");
   CLI::Option* picture = command->add_option("--picture", options->picture.path,
                                              "also draw it from above, as a PNG file");
+  command->add_option("--color", options->color, "what colours the cells: visible or gap")
+      ->check(CLI::IsMember({"visible", "gap"}))
+      ->capture_default_str()
+      ->needs(picture);
   command->add_option("--cell", options->picture.cell, "show what this cell sees")->needs(picture);
   command->footer(
       "Examples:\n"
       "  pvsfarm inspect city.pvs\n"
       "  pvsfarm inspect city.pvs --picture city.png --cell 17\n"
+      "  pvsfarm inspect city.pvs --picture gap.png --color gap\n"
       "  pvsfarm inspect city.pvs --json | jq .culled_percent");
   command->callback(
       [&context, options] { context.run = [options] { return run_inspect(*options); }; });

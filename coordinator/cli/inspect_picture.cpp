@@ -45,10 +45,9 @@ Status add_cells(StoreReader& store, const PictureRequest& request, TopView& vie
     if (!node) return node.error();
     const bool chosen = request.cell == i;
     if (!node->leaf && !chosen) continue;
-    const auto sets = store.sets(i);
-    if (!sets) return sets.error();
+    const double gap_percent = 100 * gap_of(node->visible.triangles, node->seen.triangles);
     view.cells.push_back({.footprint = cell_footprint(node->cell),
-                          .value = static_cast<double>(sets->visible.count()),
+                          .value = request.by_gap ? gap_percent : node->visible.objects,
                           .chosen = chosen});
   }
   return {};
@@ -88,6 +87,8 @@ Status draw_store(StoreReader& store, const StoreSummary& summary, const Picture
   TopView view;
   view.title = ascii(store.path().substr(store.path().rfind('/') + 1)) + ": " +
                fixed(summary.culled_percent(), 1) + " % of all triangles culled";
+  if (request.by_gap)
+    view.value_label = "% of a cell's visible triangles that are not certified seen";
   view.subtitle = subtitle_of(summary, request, *chosen, *objects);
   add_objects(*objects, *chosen, view);
   if (Status status = add_cells(store, request, view); !status) return status;

@@ -11,6 +11,7 @@ namespace pvsfarm {
 
 struct PictureRequest {
   std::string path;                   // a PNG
+  bool by_gap = false;                // the cells' colour: their gap, not the size of their sets
   std::optional<std::uint32_t> cell;  // whose visible and culled objects are shown
 };
 

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <sstream>
 
+#include "coordinator/cli/bake_summary.hpp"
 #include "coordinator/cli/text.hpp"
 
 namespace pvsfarm {
@@ -48,12 +49,17 @@ Result<StoreSummary> summarise(StoreReader& store) {
     s.quarantined += node->quarantined ? 1 : 0;
     if (!node->leaf) continue;
     s.depth = std::max(s.depth, node->key.depth());
-    const auto sets = store.sets(i);
-    if (!sets) return sets.error();
-    visible_objects.push_back(sets->visible.count());
-    visible_triangles.push_back(triangles_of(sets->visible, *objects));
-    seen_objects.push_back(sets->seen.count());
-    seen_triangles.push_back(triangles_of(sets->seen, *objects));
+    visible_objects.push_back(node->visible.objects);
+    visible_triangles.push_back(node->visible.triangles);
+    seen_objects.push_back(node->seen.objects);
+    seen_triangles.push_back(node->seen.triangles);
+    s.leaf_objects += node->visible.objects;
+    s.leaf_triangles += node->visible.triangles;
+    s.leaf_seen += node->seen.objects;
+    s.leaf_seen_triangles += node->seen.triangles;
+    s.gap_of_objects += gap_of(node->visible.objects, node->seen.objects);
+    s.gap_of_triangles += gap_of(node->visible.triangles, node->seen.triangles);
+    ++s.leaves_by_reason[static_cast<std::size_t>(node->reason)];
   }
   s.visible_objects = spread_of(std::move(visible_objects));
   s.visible_triangles = spread_of(std::move(visible_triangles));
@@ -69,6 +75,15 @@ void put_spread(std::ostream& out, const char* label, const Spread& spread) {
   out << "  " << std::left << std::setw(22) << label << std::right;
   out << std::setw(12) << grouped(spread.min) << std::setw(12) << grouped(spread.median)
       << std::setw(14) << fixed(spread.mean, 1) << std::setw(12) << grouped(spread.max) << '\n';
+}
+
+std::string percent(double part) { return fixed(100 * part, 1) + " %"; }
+
+int first_reason(const StoreSummary& s) {
+  int first = 0;
+  while (first < kLeafReasonCount && s.leaves_by_reason[static_cast<std::size_t>(first)] == 0)
+    ++first;
+  return first;
 }
 
 }  // namespace
@@ -91,7 +106,20 @@ std::string summary_text(const StoreSummary& s) {
     put_spread(out, "objects, certified", s.seen_objects);
     put_spread(out, "triangles, certified", s.seen_triangles);
   }
-  out << "  culled on average     " << fixed(s.culled_percent(), 2) << " % of all triangles\n\n";
+  out << "  culled on average     " << fixed(s.culled_percent(), 2) << " % of all triangles\n";
+  if (s.any_seen)
+    out << "  gap                   " << percent(gap_of(s.leaf_triangles, s.leaf_seen_triangles))
+        << " of the triangles, " << percent(gap_of(s.leaf_objects, s.leaf_seen))
+        << " of the objects visible are not certified; mean of the leaves "
+        << percent(s.gap_of_triangles / s.leaves) << ", " << percent(s.gap_of_objects / s.leaves)
+        << '\n';
+  else
+    out << "  gap                   unknown: nothing is certified\n";
+  out << '\n';
+  for (int i = 0; i < kLeafReasonCount; ++i)
+    if (const std::uint64_t count = s.leaves_by_reason[static_cast<std::size_t>(i)]; count > 0)
+      out << (i == first_reason(s) ? "leaves    " : "          ") << grouped(count) << ' '
+          << words_for(LeafReason(i)) << '\n';
   out << "size      " << bytes_text(s.file_bytes) << "; a cell takes "
       << fixed(s.per_cell(s.sizes.set_bytes), 1) << " bytes for its sets and "
       << fixed(s.per_cell(s.sizes.geometry_bytes), 1) << " for its geometry\n";
@@ -111,6 +139,14 @@ std::string summary_json(const StoreSummary& s) {
   };
   Json settings = Json::parse(s.settings_json, nullptr, false);
   if (settings.is_discarded()) settings = s.settings_json;
+  Json reasons = Json::object();
+  for (int i = 1; i < kLeafReasonCount; ++i)
+    reasons[to_string(LeafReason(i))] = s.leaves_by_reason[static_cast<std::size_t>(i)];
+  const double leaves = std::max(1u, s.leaves);
+  const Json gap{{"triangles", gap_of(s.leaf_triangles, s.leaf_seen_triangles)},
+                 {"objects", gap_of(s.leaf_objects, s.leaf_seen)},
+                 {"mean_triangles", s.gap_of_triangles / leaves},
+                 {"mean_objects", s.gap_of_objects / leaves}};
   const Json out{{"file", s.file},
                  {"up", s.up == UpAxis::kY ? "y" : "z"},
                  {"cells", s.cells},
@@ -125,6 +161,8 @@ std::string summary_json(const StoreSummary& s) {
                  {"seen_objects", s.any_seen ? json_of(s.seen_objects) : Json(nullptr)},
                  {"seen_triangles", s.any_seen ? json_of(s.seen_triangles) : Json(nullptr)},
                  {"culled_percent", s.culled_percent()},
+                 {"gap", s.any_seen ? gap : Json(nullptr)},
+                 {"leaves_by_reason", reasons},
                  {"file_bytes", s.file_bytes},
                  {"set_bytes_per_cell", s.per_cell(s.sizes.set_bytes)},
                  {"geometry_bytes_per_cell", s.per_cell(s.sizes.geometry_bytes)},

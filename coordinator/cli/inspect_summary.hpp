@@ -1,6 +1,7 @@
 // What `pvsfarm inspect` says of a store.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -24,6 +25,9 @@ struct StoreSummary {
   // Over the leaves.
   Spread visible_objects, visible_triangles, seen_objects, seen_triangles;
   bool any_seen = false;
+  double gap_of_triangles = 0, gap_of_objects = 0;  // of each leaf, summed
+  std::uint64_t leaf_triangles = 0, leaf_seen_triangles = 0, leaf_objects = 0, leaf_seen = 0;
+  std::array<std::uint64_t, kLeafReasonCount> leaves_by_reason{};
   std::uint64_t file_bytes = 0;
   StoreSizes sizes;
   std::string settings_json;

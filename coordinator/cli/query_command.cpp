@@ -85,8 +85,10 @@ void print_text(const Answer& a) {
             << counted(a.objects.size(), "object", "objects") << " visible, "
             << grouped(a.triangles) << " of "
             << counted(a.scene_triangles, "triangle", "triangles");
-  if (a.sets.seen.count() > 0)
-    std::cout << "; " << grouped(a.sets.seen.count()) << " certified seen";
+  if (a.node.seen.objects > 0)
+    std::cout << "; " << grouped(a.node.seen.objects) << " certified seen, gap "
+              << fixed(100 * gap_of(a.node.visible.triangles, a.node.seen.triangles), 1)
+              << " % of the triangles";
   std::cout << "\n\nid\ttriangles\tseen\tname\n";
   a.sets.visible.for_each([&](ObjectId id) {
     const StoreObject& object = a.objects[index_of(id)];
@@ -119,7 +121,9 @@ void print_json(const Answer& a) {
       {"axes", {json_of(cell.axes[0]), json_of(cell.axes[1]), json_of(cell.axes[2])}},
       {"half", json_of(cell.half)},
       {"triangles", a.triangles},
-      {"seen_triangles", triangles_of(a.sets.seen, a.objects)},
+      {"seen_triangles", a.node.seen.triangles},
+      {"gap", gap_of(a.node.visible.triangles, a.node.seen.triangles)},
+      {"reason", to_string(a.node.reason)},
       {"visible", visible}};
   std::cout << out.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
 }

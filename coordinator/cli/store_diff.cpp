@@ -48,13 +48,15 @@ std::vector<std::string_view> unmatched(const std::vector<StoreObject>& objects,
   return names;
 }
 
-// Names of the objects of `here` that are not in `there`.
+// Names of the objects of `here` that are not in `there`; with `among`, only of those in it.
 std::vector<std::string_view> only_here(const VisibleSet& here, const VisibleSet& there,
                                         const std::vector<std::uint32_t>& there_of_here,
-                                        const std::vector<StoreObject>& objects_here) {
+                                        const std::vector<StoreObject>& objects_here,
+                                        const VisibleSet* among = nullptr) {
   std::vector<std::string_view> names;
   here.for_each([&](ObjectId id) {
     const std::uint32_t other = there_of_here[index_of(id)];
+    if (among != nullptr && (other == kNone || !among->contains(ObjectId{other}))) return;
     if (other == kNone || !there.contains(ObjectId{other}))
       names.push_back(objects_here[index_of(id)].name);
   });
@@ -115,8 +117,13 @@ Status Comparison::compare_common(std::uint32_t in_a, std::uint32_t in_b) {
       .cell = diff_cell(*node_a), .index_in_b = in_b, .moved = node_a->cell != node_b->cell};
   changed.lost = only_here(sets_a->visible, sets_b->visible, match_.b_of_a, objects_a_);
   changed.gained = only_here(sets_b->visible, sets_a->visible, match_.a_of_b, objects_b_);
+  changed.seen_lost =
+      only_here(sets_a->seen, sets_b->seen, match_.b_of_a, objects_a_, &sets_b->visible);
+  changed.seen_gained =
+      only_here(sets_b->seen, sets_a->seen, match_.a_of_b, objects_b_, &sets_a->visible);
   ++diff_.common_cells;
-  if (changed.moved || !changed.lost.empty() || !changed.gained.empty())
+  if (changed.moved || !changed.lost.empty() || !changed.gained.empty() ||
+      !changed.seen_lost.empty() || !changed.seen_gained.empty())
     diff_.changed.push_back(std::move(changed));
   return {};
 }

@@ -21,6 +21,8 @@ struct ChangedCell {
   std::uint32_t index_in_b = 0;
   bool moved = false;                          // another box
   std::vector<std::string_view> lost, gained;  // names of objects visible in a only, in b only
+  // Visible in both, but certified seen in a only, in b only.
+  std::vector<std::string_view> seen_lost, seen_gained;
 };
 
 // Names are views of the two stores.

@@ -6,6 +6,36 @@
 #include "coordinator/merger/merger.hpp"
 
 namespace pvsfarm {
+namespace {
+
+std::string statistics_line(std::uint64_t node, const SubtreeNode& part) {
+  const auto number = [](double ms) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3f", ms);
+    return std::string(text);
+  };
+  const auto pair = [](std::uint64_t objects, std::uint64_t triangles) {
+    return "[" + std::to_string(objects) + "," + std::to_string(triangles) + "]";
+  };
+  std::string line = "{\"cell\":" + std::to_string(node) + ",\"ms\":" + number(part.cost.cpu_ms);
+  if (part.parts > 0) line += ",\"parts\":" + std::to_string(part.parts);
+  if (part.cost.contradictions > 0)
+    line += ",\"contradictions\":" + std::to_string(part.cost.contradictions);
+  std::string methods;
+  for (int i = 0; i < kMethodCount; ++i) {
+    const MethodFigures& m = part.cost.methods[static_cast<std::size_t>(i)];
+    if (m.work == 0 && m.hidden_objects == 0 && m.seen_objects == 0) continue;
+    methods += methods.empty() ? "\"" : ",\"";
+    methods += std::string(to_string(static_cast<Method>(i))) +
+               "\":{\"hidden\":" + pair(m.hidden_objects, m.hidden_triangles) +
+               ",\"seen\":" + pair(m.seen_objects, m.seen_triangles) +
+               ",\"work\":" + std::to_string(m.work) + ",\"ms\":" + number(m.cpu_ms) + "}";
+  }
+  if (!methods.empty()) line += ",\"methods\":{" + methods + "}";
+  return line + "}\n";
+}
+
+}  // namespace
 
 StoreBuild::StoreBuild(const Tree& tree, std::vector<std::int64_t> root_ids, StoreWriter& writer)
     : tree_(tree), root_ids_(std::move(root_ids)), writer_(writer) {
@@ -26,42 +56,78 @@ bool StoreBuild::next_expected(Expected& out) {
   return true;
 }
 
-Status StoreBuild::emit(const Expected& expected, const ResultRow* row) {
-  StoreNode node{.key = expected.key,
-                 .root_id = root_ids_[expected.key.root],
-                 .quarantined = row == nullptr,
-                 .cell = expected.cell,
-                 .visible = expected.parent,
-                 .seen = VisibleSet::none(tree_.object_count())};
+Status StoreBuild::take(Expected expected, const ResultRow* row) {
+  SubtreeNode part{.node = {.key = expected.key,
+                            .root_id = root_ids_[expected.key.root],
+                            .reason = LeafReason::kGivenUp,
+                            .quarantined = row == nullptr,
+                            .cell = expected.cell,
+                            .visible = {},
+                            .seen = {}},
+                   .visible = {},
+                   .seen = {},
+                   .cost = {}};
+  VisibleSet visible = std::move(expected.parent);
+  VisibleSet seen = VisibleSet::none(tree_.object_count());
   if (row != nullptr) {
     Result<CellDelta> delta = decode_row(*row, tree_.object_count());
     if (!delta) return delta.error();
-    node.visible.remove_all(delta->hidden);
-    node.seen = std::move(delta->seen);
-    node.leaf = leaf_reason({node.cell, node.key.depth(), tree_.triangles(node.visible),
-                             row->point_triangles},
-                            tree_.subdivision()) != LeafReason::kNone;
+    visible.remove_all(delta->hidden);
+    seen = std::move(delta->seen);
+    part.node.reason = leaf_reason(
+        {part.node.cell, part.node.key.depth(), tree_.triangles(visible), row->point_triangles},
+        tree_.subdivision());
+    part.node.leaf = part.node.reason != LeafReason::kNone;
+    part.cost.add(row->statistics);
+    figures_.cost.add(row->statistics);
+    ++figures_.evaluated;
+  }
+  part.visible = encode(visible);
+  part.seen = encode(seen);
+  const StoreNode& node = part.node;
+  if (!node.leaf) {
+    auto [low, high] = split(node.cell, node.cell.longest_axis());
+    expected_.push_back({node.key.child(1), high, visible});
+    expected_.push_back({node.key.child(0), low, std::move(visible)});
+  }
+  subtree_.push_back(std::move(part));
+  return expected_.empty() ? finish_root() : Status();
+}
+
+Status StoreBuild::finish_root() {
+  merge_siblings(tree_, subtree_);
+  for (SubtreeNode& part : subtree_)
+    if (Status status = write(part); !status) return status;
+  subtree_.clear();
+  return {};
+}
+
+Status StoreBuild::write(SubtreeNode& part) {
+  StoreNode& node = part.node;
+  for (const auto& [bytes, set] :
+       {std::pair{&part.visible, &node.visible}, {&part.seen, &node.seen}}) {
+    Result<VisibleSet> unpacked = decode_visible_set(*bytes, tree_.object_count());
+    PVS_CHECK(unpacked.ok());  // our own encoding
+    *set = std::move(unpacked).value();
   }
   if (Status status = writer_.add(node); !status) return status;
-
-  const double ms = row == nullptr ? 0 : row->statistics.cpu_ms;
-  char line[64];
-  std::snprintf(line, sizeof line, "{\"cell\":%llu,\"ms\":%.3f}\n",
-                static_cast<unsigned long long>(figures_.nodes), ms);
-  lines_ += line;
+  lines_ += statistics_line(figures_.nodes, part);
   ++figures_.nodes;
-  figures_.cpu_ms += ms;
-  if (row == nullptr) ++figures_.quarantined;
-  if (row != nullptr) figures_.contradictions += row->statistics.contradictions;
-  if (node.leaf) {
-    ++figures_.leaves;
-    figures_.leaf_objects += node.visible.count();
-    figures_.leaf_triangles += tree_.triangles(node.visible);
-    return {};
-  }
-  auto [low, high] = split(node.cell, node.cell.longest_axis());
-  expected_.push_back({node.key.child(1), high, node.visible});
-  expected_.push_back({node.key.child(0), low, std::move(node.visible)});
+  figures_.merged_parts += part.parts;
+  figures_.refuted += part.refuted;
+  if (node.quarantined) ++figures_.quarantined;
+  if (!node.leaf) return {};
+  const std::uint64_t objects = node.visible.count(), seen = node.seen.count();
+  const std::uint64_t triangles = tree_.triangles(node.visible);
+  const std::uint64_t seen_triangles = tree_.triangles(node.seen);
+  ++figures_.leaves;
+  ++figures_.leaves_by_reason[static_cast<std::size_t>(node.reason)];
+  figures_.leaf_objects += objects;
+  figures_.leaf_triangles += triangles;
+  figures_.seen_objects += seen;
+  figures_.seen_triangles += seen_triangles;
+  figures_.gap_of_objects += gap_of(objects, seen);
+  figures_.gap_of_triangles += gap_of(triangles, seen_triangles);
   return {};
 }
 
@@ -71,7 +137,7 @@ Status StoreBuild::add(const ResultRow& row) {
     if (!next_expected(expected) || expected.key > row.key)
       return invalid_input("the journal holds a cell that this bake does not have");
     const bool found = expected.key == row.key;
-    if (Status status = emit(expected, found ? &row : nullptr); !status) return status;
+    if (Status status = take(std::move(expected), found ? &row : nullptr); !status) return status;
     if (found) return {};
   }
 }
@@ -80,7 +146,7 @@ Status StoreBuild::finish() {
   for (;;) {
     Expected expected;
     if (!next_expected(expected)) return {};
-    if (Status status = emit(expected, nullptr); !status) return status;
+    if (Status status = take(std::move(expected), nullptr); !status) return status;
   }
 }
 

@@ -1,22 +1,31 @@
-// From the committed rows to the nodes of the store, in canonical order, with only the sets on the
-// path from the root in memory. Threads: one.
+// From the committed rows to the nodes of the store, in canonical order. Siblings that agree are
+// merged on the way (sibling_merge.hpp), so the subtree of one root is in memory at a time, packed.
+// Threads: one.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "common/pvs/store_writer.hpp"
 #include "coordinator/journal/result_log.hpp"
+#include "coordinator/merger/sibling_merge.hpp"
 #include "coordinator/tree/tree.hpp"
 
 namespace pvsfarm {
 
 struct StoreFigures {
-  std::uint64_t nodes = 0, leaves = 0, quarantined = 0;
-  std::uint64_t leaf_objects = 0, leaf_triangles = 0;  // summed over the leaves
-  double cpu_ms = 0;                                   // of all evaluations
-  std::uint64_t contradictions = 0;                    // that the evaluations reported
+  std::uint64_t nodes = 0, leaves = 0, quarantined = 0;  // of the store
+  std::uint64_t evaluated = 0;                           // cells, merged ones included
+  std::uint64_t merged_parts = 0;                        // cells that are no longer in the store
+  std::array<std::uint64_t, kLeafReasonCount> leaves_by_reason{};
+  // Summed over the leaves.
+  std::uint64_t leaf_objects = 0, leaf_triangles = 0, seen_objects = 0, seen_triangles = 0;
+  double gap_of_objects = 0, gap_of_triangles = 0;  // of each leaf: (|PVS| - |seen|) / |PVS|
+  CostFigures cost;                                 // of all evaluations
+  // Objects that a cell saw and both its halves hold for hidden: as bad as a contradiction.
+  std::uint64_t refuted = 0;
 };
 
 class StoreBuild {
@@ -30,7 +39,9 @@ class StoreBuild {
   Status finish();
 
   const StoreFigures& figures() const { return figures_; }
-  // One JSON line a node, {"cell":N,"ms":..}, N its number in canonical order.
+  // One JSON line a node, N its number in canonical order; only methods that did anything:
+  // {"cell":N,"ms":..,"methods":{"projection":{"hidden":[objects,triangles],"seen":[..],
+  // "work":..,"ms":..}}}; "parts": the cells merged into it, whose figures are in the sums.
   const std::string& statistics_lines() const { return lines_; }
 
  private:
@@ -39,13 +50,16 @@ class StoreBuild {
     Cell cell;
     VisibleSet parent;
   };
-  Status emit(const Expected& expected, const ResultRow* row);
+  Status take(Expected expected, const ResultRow* row);
+  Status finish_root();
+  Status write(SubtreeNode& part);
   bool next_expected(Expected& out);
 
   const Tree& tree_;
   std::vector<std::int64_t> root_ids_;
   StoreWriter& writer_;
   std::vector<Expected> expected_;  // the nearest last; at most one a depth
+  std::vector<SubtreeNode> subtree_;
   std::uint32_t next_root_ = 0;
   StoreFigures figures_;
   std::string lines_;

@@ -98,7 +98,7 @@ Status resume(Running& running) {
 }
 
 Status write_store(const Running& running, const BakeJob& job, const Digest& bake_digest,
-                   BakeSummary& summary) {
+                   const FarmObserver& observer, BakeSummary& summary) {
   const StoreHeader header{running.scene->file_up(), running.scene->digest(), bake_digest,
                            settings_json(job.settings, running.kernel)};
   auto writer = StoreWriter::create(job.output, header, *running.scene);
@@ -112,17 +112,19 @@ Status write_store(const Running& running, const BakeJob& job, const Digest& bak
     return status;
   if (Status status = (*writer)->finish(); !status) return status;
 
-  const StoreFigures& figures = build.figures();
+  const StoreFigures& figures = summary.store = build.figures();
+  if (figures.refuted > 0)
+    observer.warning("A WITNESS REFUTES A CERTIFICATE: " + std::to_string(figures.refuted) +
+                     " times an object seen from a cell is in the set of neither half; this is a "
+                     "bug of pvsfarm: please report it");
   const auto leaves = static_cast<double>(figures.leaves);
   const auto all = static_cast<double>(running.tree->triangles(running.tree->occludees()));
-  summary.cells = figures.nodes;
-  summary.leaves = figures.leaves;
-  summary.quarantined = figures.quarantined;
-  summary.contradictions = figures.contradictions;
+  summary.contradictions = figures.cost.contradictions + figures.refuted;
   summary.mean_objects = static_cast<double>(figures.leaf_objects) / leaves;
   summary.mean_triangles = static_cast<double>(figures.leaf_triangles) / leaves;
   summary.culled_percent = all > 0 ? 100 * (1 - summary.mean_triangles / all) : 0;
-  summary.worker_cpu_ms_per_cell = figures.cpu_ms / static_cast<double>(figures.nodes);
+  if (figures.evaluated > 0)
+    summary.worker_cpu_ms_per_cell = figures.cost.cpu_ms / static_cast<double>(figures.evaluated);
   std::error_code none;
   summary.file_bytes = fs::file_size(job.output, none);
   return {};
@@ -209,9 +211,9 @@ Result<BakeSummary> bake(BakeJob job, const FarmOptions& farm, const FarmObserve
     return status.error();
 
   // 4. The store. Its journal stays if cells are missing: the same command tries them again.
-  if (Status status = write_store(running, job, bake_digest, summary); !status)
+  if (Status status = write_store(running, job, bake_digest, observer, summary); !status)
     return status.error();
-  if (summary.quarantined == 0)
+  if (summary.store.quarantined == 0)
     if (Status status = running.journal->remove(); !status) return status.error();
   if (summary.evaluated > 0)
     summary.coordinator_cpu_ms_per_cell =

@@ -6,6 +6,7 @@
 
 #include "common/cells/cell_source.hpp"
 #include "common/pvs/settings.hpp"
+#include "coordinator/merger/store_build.hpp"
 #include "coordinator/service/farm.hpp"
 
 namespace pvsfarm {
@@ -20,7 +21,7 @@ struct BakeJob {
 
 struct BakeSummary {
   bool already_baked = false;
-  std::uint64_t cells = 0, leaves = 0, quarantined = 0;
+  StoreFigures store;
   std::uint64_t disagreements = 0;   // cells that two workers answered differently
   std::uint64_t contradictions = 0;  // objects that a witness showed after a certificate hid them
   std::uint64_t evaluated = 0, resumed = 0;                         // in this run, from the journal

@@ -51,6 +51,8 @@ SampleStore tiny_store(UpAxis up) {
   add_child(high_key.child(0), high_low, true, set_of({3}), set_of({3}));
   add_child(high_key.child(1), high_high, true, set_of({0, 2, 3}), set_of({}));
   store.nodes.back().quarantined = true;
+  store.nodes[1].reason = LeafReason::kBudgetMet;
+  store.nodes[3].reason = LeafReason::kNothingToGain;
   store.nodes.push_back({.key = {1, 1},
                          .root_id = -9,
                          .cell = {.origin = {20, 0, 0},
@@ -121,6 +123,9 @@ TEST_F(StoreCommands, inspect_draws_a_picture_whole_or_not_at_all) {
   EXPECT_NE(*read_file(folder_.file("a.png")), *read_file(folder_.file("b.png")));
   expect_failure("inspect tiny.pvs --picture c.png --cell 6", 1, "has 6 cells, the first is 0");
   expect_failure("inspect tiny.pvs --cell 1", 1, "--picture");
+  EXPECT_EQ(run("inspect tiny.pvs --picture gap.png --color gap").exit_code, 0);
+  EXPECT_NE(*read_file(folder_.file("gap.png")), *read_file(folder_.file("b.png")));
+  expect_failure("inspect tiny.pvs --color gap", 1, "--picture");
   expect_failure("inspect tiny.pvs --picture no/c.png", 2, "no/c.png");
   EXPECT_FALSE(std::filesystem::exists(folder_.file("c.png")));
 }
@@ -159,6 +164,8 @@ TEST_F(StoreCommands, diff_names_cells_and_objects) {
   other.names[4] = "gate";
   other.objects[4].name = other.names[4];
   other.nodes[1].visible = set_of({1, 2});
+  other.nodes[1].seen = set_of({1});
+  other.nodes[4].seen = set_of({0, 2});
   other.nodes[5].root_id = 11;
   ASSERT_TRUE(other.write(folder_.file("other.pvs")).ok());
   expect_golden("diff tiny.pvs other.pvs", "diff.txt");
@@ -169,9 +176,11 @@ TEST_F(StoreCommands, diff_matches_objects_by_name_whatever_their_ids) {
   SampleStore other = tiny_store(UpAxis::kZ);
   std::swap(other.objects[0].name, other.objects[1].name);
   for (StoreNode& node : other.nodes) {
-    std::vector<std::uint64_t> words(node.visible.words().begin(), node.visible.words().end());
-    words[0] = (words[0] & ~3ull) | (words[0] & 1) << 1 | (words[0] >> 1 & 1);
-    node.visible = VisibleSet::from_words(5, words);
+    for (VisibleSet* set : {&node.visible, &node.seen}) {
+      std::vector<std::uint64_t> words(set->words().begin(), set->words().end());
+      words[0] = (words[0] & ~3ull) | (words[0] & 1) << 1 | (words[0] >> 1 & 1);
+      *set = VisibleSet::from_words(5, words);
+    }
   }
   ASSERT_TRUE(other.write(folder_.file("other.pvs")).ok());
   EXPECT_EQ(run("diff tiny.pvs other.pvs").out, "same objects, cells and sets; other bytes\n");
@@ -202,7 +211,7 @@ TEST_F(StoreCommands, wrong_use_is_one_line_and_the_right_exit_code) {
 
 TEST_F(StoreCommands, another_version_of_the_format_is_not_supported) {
   std::string bytes = *read_file(folder_.file("tiny.pvs"));
-  bytes[8] = 2;
+  bytes[8] = 3;
   ASSERT_TRUE(write_file(folder_.file("new.pvs"), bytes).ok());
   expect_failure("inspect new.pvs", 5, "version");
 }

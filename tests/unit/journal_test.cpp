@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <map>
 
 #include "coordinator/journal/journal.hpp"
 #include "coordinator/journal/row_bytes.hpp"
@@ -208,6 +209,41 @@ TEST_F(JournalTest, the_merger_merges_once_and_tells_copies_from_contradictions)
   EXPECT_EQ(merger.apply(row({0, 2}, 3)).value().outcome, MergeOutcome::kStale);
   EXPECT_EQ(merger.apply(row({9, 1}, 3)).value().outcome, MergeOutcome::kStale);
   EXPECT_EQ(journal->row_count(), 1u);
+}
+
+// Whether a cell is split depends on what a witness saw: on the row, and on nothing that is lost.
+TEST_F(JournalTest, a_resumed_hierarchy_is_split_where_the_first_one_was) {
+  const auto make_tree = [] {
+    return Tree({VisibleSet::all(64), std::vector<std::uint32_t>(64, 10)},
+                {Cell::aligned({{0, 0, 0}, {16, 16, 1}})},
+                {.budget_triangles = 300, .min_cell_m = 1});
+  };
+  const auto row_of = [](const CellKey& key, const Tree& tree) {
+    VisibleSet hidden = VisibleSet::none(64), seen = tree.decoded_parent(key);
+    const std::uint64_t points = key.path % 3 == 0 ? 640 : key.path % 3 == 1 ? 299 : 0;
+    return ResultRow{key, encode(hidden), encode(seen), points, {}};
+  };
+  Tree tree = make_tree();
+  std::map<LeafReason, int> reasons;
+  for (int cells = 0; cells < 25 && tree.open_count() > 0; ++cells) {
+    auto journal = Journal::open(path_, bake("a")).value();
+    Tree resumed = make_tree();
+    Merger merger(resumed, *journal);
+    ASSERT_TRUE(journal
+                    ->for_each([&](const ResultRow& row) {
+                      const auto answer = merger.replay(row);
+                      return answer.ok() ? Status() : Status(answer.error());
+                    })
+                    .ok());
+    ASSERT_EQ(resumed.open_cells(), tree.open_cells());
+    const CellKey next = tree.open_cells()[tree.open_count() / 2];
+    ASSERT_TRUE(merger.apply(row_of(next, resumed)).ok());
+    ASSERT_TRUE(journal->commit().ok());
+    const ResultRow row = row_of(next, tree);
+    ++reasons[tree.merge(decode_row(row, 64).value()).value().reason];
+  }
+  EXPECT_GT(reasons[LeafReason::kNone], 3);
+  EXPECT_GT(reasons[LeafReason::kPointOverBudget], 3);
 }
 
 }  // namespace pvsfarm

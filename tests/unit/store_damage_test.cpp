@@ -196,6 +196,44 @@ TEST(StoreDamage, validate_finds_what_checksums_cannot) {
   EXPECT_NE(why_invalid(bad).find("does not fit its parent"), std::string::npos);
 }
 
+// A store whose first node's field is another number; its checksums are right, its digest is too.
+std::string why_invalid_with(int field, std::uint32_t change) {
+  const TempFolder folder;
+  const SampleStore store = random_store(5, {.roots = 6, .kept = 0.5});
+  PVS_CHECK(store.write(folder.file("a.pvs")).ok());
+  const std::string text = *read_file(folder.file("a.pvs"));
+  Bytes bytes(text.begin(), text.end());
+  const unsigned char* tail = bytes.data() + bytes.size() - PVS_TAIL_BYTES;
+  const std::uint64_t directory = load_u64(tail + PVS_TAIL_DIRECTORY_OFFSET);
+  const std::uint64_t chunk =
+      load_u64(bytes.data() + directory + 3 * PVS_ENTRY_BYTES + PVS_ENTRY_OFFSET);
+  unsigned char* at = bytes.data() + chunk + PVS_CHUNK_HEAD_BYTES + field;
+  const std::uint32_t changed = load_u32(at) ^ change;
+  for (int i = 0; i < 4; ++i) at[i] = static_cast<unsigned char>(changed >> (8 * i));
+  reseal(bytes);
+  const std::size_t covered = bytes.size() - PVS_TAIL_BYTES + PVS_TAIL_DIGEST;
+  const Digest digest = digest_of(std::as_bytes(std::span(bytes).first(covered)));
+  std::copy(digest.bytes.begin(), digest.bytes.end(), bytes.data() + covered);
+  reseal(bytes);
+  const std::string_view view(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  PVS_CHECK(write_file(folder.file("a.pvs"), view).ok());
+  const Status status = validate_store(folder.file("a.pvs"));
+  return status ? "valid" : status.error().text;
+}
+
+TEST(StoreDamage, validate_holds_the_counts_against_the_sets) {
+  EXPECT_EQ(why_invalid_with(PVS_NODE_VISIBLE_OBJECTS, 0), "valid");
+  for (const int field : {PVS_NODE_VISIBLE_OBJECTS, PVS_NODE_VISIBLE_TRIANGLES,
+                          PVS_NODE_SEEN_OBJECTS, PVS_NODE_SEEN_TRIANGLES})
+    EXPECT_NE(why_invalid_with(field, 1).find("cell 0 counts other objects or triangles"),
+              std::string::npos);
+  // A leaf that is quarantined and yet was evaluated, and a reason that no version gives.
+  EXPECT_NE(why_invalid_with(PVS_NODE_FLAGS, PVS_FLAG_QUARANTINED).find("gives a reason"),
+            std::string::npos);
+  EXPECT_NE(why_invalid_with(PVS_NODE_FLAGS, 9u << PVS_REASON_SHIFT).find("damaged: cell 0"),
+            std::string::npos);
+}
+
 TEST(StoreDamage, validate_checks_the_digest) {
   const TempFolder folder;
   Bytes bytes = sample_bytes({});

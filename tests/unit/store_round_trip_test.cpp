@@ -43,6 +43,12 @@ void expect_same_objects(StoreReader& reader, const SampleStore& written) {
   }
 }
 
+SetSize size_in(const SampleStore& store, const VisibleSet& set) {
+  SetSize size{.objects = set.count()};
+  set.for_each([&](ObjectId id) { size.triangles += store.objects[index_of(id)].triangle_count; });
+  return size;
+}
+
 void expect_same_nodes(StoreReader& reader, const SampleStore& written) {
   RC_ASSERT(reader.node_count() == written.nodes.size());
   for (std::uint32_t i = 0; i < reader.node_count(); ++i) {
@@ -51,6 +57,9 @@ void expect_same_nodes(StoreReader& reader, const SampleStore& written) {
     RC_ASSERT(a.ok());
     RC_ASSERT(a->key == b.key && a->root_id == b.root_id);
     RC_ASSERT(a->leaf == b.leaf && a->quarantined == b.quarantined);
+    RC_ASSERT(a->reason == (!b.leaf         ? LeafReason::kNone
+                            : b.quarantined ? LeafReason::kGivenUp
+                                            : b.reason));
     RC_ASSERT(same_bits(a->cell, b.cell));
     RC_ASSERT((a->parent == -1) == b.key.is_root());
     if (a->parent >= 0)
@@ -59,6 +68,8 @@ void expect_same_nodes(StoreReader& reader, const SampleStore& written) {
     RC_ASSERT(sets.ok());
     RC_ASSERT(sets->visible == b.visible);
     RC_ASSERT(sets->seen == b.seen);
+    RC_ASSERT(a->visible == size_in(written, b.visible));
+    RC_ASSERT(a->seen == size_in(written, b.seen));
   }
 }
 

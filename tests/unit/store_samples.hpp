@@ -69,7 +69,8 @@ inline void add_subtree(SampleStore& store, const StoreNode& node, int levels, R
   const std::size_t at = store.nodes.size();
   store.nodes.push_back(node);
   const int axis = node.cell.longest_axis();
-  store.nodes[at].leaf = levels == 0 || random.unit() < 0.3 || !can_split(node.cell, axis);
+  store.nodes[at].leaf =
+      levels == 0 || node.quarantined || random.unit() < 0.3 || !can_split(node.cell, axis);
   if (store.nodes[at].leaf) return;
   const auto [low, high] = split(node.cell, axis);
   for (const int half : {0, 1}) {
@@ -77,6 +78,7 @@ inline void add_subtree(SampleStore& store, const StoreNode& node, int levels, R
     child.key = node.key.child(half);
     child.cell = half == 0 ? low : high;
     child.quarantined = random.unit() < 0.05;
+    child.reason = static_cast<LeafReason>(1 + random.below(5));
     if (!child.quarantined) child.visible = random_subset(node.visible, shape.kept, random);
     child.seen = VisibleSet::none(shape.objects);
     if (shape.with_seen) child.seen = random_subset(child.visible, 0.8, random);
