@@ -1,14 +1,11 @@
 #include "coordinator/audit/neighbours.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace pvsfarm {
 namespace {
-constexpr std::array<double, 2> kBeyond{0.001, 0.5};  // of the cell's size across the face
-constexpr std::array<double, 3> kAcross{0.5, 0.1, 0.9};
-constexpr double kThin_m =
-    0.01;  // a cell without extent across the face has neighbours all the same
+constexpr double kBeyond[]{0.001, 0.5};  // of the cell's size across the face
+constexpr double kThin_m = 0.01;         // a cell without extent there has neighbours all the same
 }  // namespace
 
 Result<std::vector<std::uint32_t>> neighbours_of(StoreReader& store, const StoredNode& node) {
@@ -16,18 +13,14 @@ Result<std::vector<std::uint32_t>> neighbours_of(StoreReader& store, const Store
   const Cell& cell = node.cell;
   const Vec3 size = cell.hi - cell.lo;
   for (int face = 0; face < 6; ++face) {
-    const int axis = face / 2, along = axis == 0 ? 1 : 0;
-    const bool upright = axis == 2;  // storeys: seldom, so one point will do
+    const int axis = face / 2;
     for (const double beyond : kBeyond) {
-      for (std::size_t i = 0; i < (upright ? 1 : kAcross.size()); ++i) {
-        Vec3 t = cell.lo + size * 0.5;
-        const double off = std::max(size[axis] * beyond, kThin_m);
-        t[axis] = face % 2 == 0 ? cell.lo[axis] - off : cell.hi[axis] + off;
-        t[along] = cell.lo[along] + size[along] * kAcross[i];
-        const auto leaves = store.leaves_at(cell.point(t));
-        if (!leaves) return leaves.error();
-        found.insert(found.end(), leaves->begin(), leaves->end());
-      }
+      Vec3 t = cell.lo + size * 0.5;
+      const double off = std::max(size[axis] * beyond, kThin_m);
+      t[axis] = face % 2 == 0 ? cell.lo[axis] - off : cell.hi[axis] + off;
+      const auto leaves = store.leaves_at(cell.point(t));
+      if (!leaves) return leaves.error();
+      found.insert(found.end(), leaves->begin(), leaves->end());
     }
   }
   std::sort(found.begin(), found.end());

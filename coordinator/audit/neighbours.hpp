@@ -8,7 +8,7 @@
 
 namespace pvsfarm {
 
-// Those that hold one of a few points beyond each face: close to it, and half a cell farther, since
+// Those that hold a point beyond the middle of a face: close to it, or half a cell farther, since
 // cells may be cut back at walls. In ascending order, without the cell itself.
 // Errors: kInvalidInput (damaged store).
 Result<std::vector<std::uint32_t>> neighbours_of(StoreReader& store, const StoredNode& node);

@@ -10,9 +10,9 @@ namespace pvsfarm {
 namespace {
 
 constexpr int kMaxPasses = 64;
-constexpr std::uint64_t kFirstRays = 200;
-constexpr std::uint64_t kRaysASuspect = 8, kMostRaysAtSuspects = 400;  // of the first pass
-constexpr int kRayDoublings = 12;  // four times the rays with each pass, up to so many doublings
+constexpr std::uint64_t kFirstPassRays = 4'000'000, kFewestRays = 100, kMostRays = 400;
+constexpr std::uint64_t kRaysASuspect = 16;  // half of a cell's rays are for its suspects
+constexpr int kDoublings = 12;  // four times the rays with each pass, up to so many doublings
 constexpr std::uint32_t kLeavesAnInner = 4;  // one inner cell is audited for so many leaves
 
 VisibleSet united(const VisibleSet& a, const VisibleSet& b) {
@@ -90,31 +90,43 @@ Result<StoredSets> StoreAudit::sets(std::uint32_t cell) {
   return sets;
 }
 
-// What a cell lacks although the cells around it, or its own halves, have it. `certified`: although
-// they certainly see it.
+// The cells around a leaf, or the halves of a cell that was split.
+Result<std::vector<std::uint32_t>> StoreAudit::cells_beside(const StoredNode& node) {
+  if (node.leaf) return neighbours_of(store_, node);
+  std::vector<std::uint32_t> halves;
+  for (std::uint32_t i = node.index + 1; i < node.end;) {
+    const auto half = store_.node(i);
+    if (!half) return half.error();
+    halves.push_back(i);
+    i = half->end;
+  }
+  return halves;
+}
+
+// What a cell lacks although those beside it have it. `certified`: although they certainly see it;
+// where they are certain of nothing, for no witnesses were sought, what they have must do.
 Result<VisibleSet> StoreAudit::suspects(const StoredNode& node, const VisibleSet& visible,
                                         bool certified) {
-  std::vector<std::uint32_t> others;
-  if (node.leaf) {
-    auto neighbours = neighbours_of(store_, node);
-    if (!neighbours) return neighbours.error();
-    others = std::move(neighbours).value();
-  } else {
-    for (std::uint32_t i = node.index + 1; i < node.end;) {
-      const auto child = store_.node(i);
-      if (!child) return child.error();
-      others.push_back(i);
-      i = child->end;
-    }
-  }
-  VisibleSet all = VisibleSet::none(store_.object_count());
-  for (const std::uint32_t other : others) {
+  const auto beside = cells_beside(node);
+  if (!beside) return beside.error();
+  VisibleSet have = VisibleSet::none(store_.object_count()), see = have;
+  for (const std::uint32_t other : *beside) {
     const auto theirs = sets(other);
     if (!theirs) return theirs.error();
-    all = united(all, certified ? theirs->seen : theirs->visible);
+    have = united(have, theirs->visible);
+    see = united(see, theirs->seen);
   }
-  all.remove_all(visible);
-  return all;
+  VisibleSet lacking = certified && see.count() > 0 ? std::move(see) : std::move(have);
+  lacking.remove_all(visible);
+  return lacking;
+}
+
+// The first pass over a large store shall come to its end.
+std::uint64_t StoreAudit::rays_for(int pass, std::uint64_t suspects) const {
+  const std::uint64_t around =
+      std::clamp(kFirstPassRays / (leaves_.size() + 1), kFewestRays, kMostRays);
+  return (around + std::min(suspects * kRaysASuspect, 2 * around))
+         << std::min(2 * pass, kDoublings);
 }
 
 Result<Question> StoreAudit::question(std::uint32_t number) {
@@ -124,16 +136,11 @@ Result<Question> StoreAudit::question(std::uint32_t number) {
   auto own = sets(place.cell);
   if (!own) return own.error();
   AuditQuestion question{.key = node->key, .cell = node->cell, .visible = std::move(own->visible)};
-  // First what neighbours are certain of; where there is none of it, and later, all they claim.
   Result<VisibleSet> suspected = suspects(*node, question.visible, place.pass == 0);
-  if (suspected && suspected->count() == 0 && place.pass == 0)
-    suspected = suspects(*node, question.visible, false);
   if (!suspected) return suspected.error();
   question.suspects = std::move(suspected).value();
   question.seed = seed_for(seed_, place.pass, node->key);
-  const std::uint64_t at_suspects =
-      std::min<std::uint64_t>(question.suspects.count() * kRaysASuspect, kMostRaysAtSuspects);
-  question.rays = (kFirstRays + at_suspects) << std::min(2 * place.pass, kRayDoublings);
+  question.rays = rays_for(place.pass, question.suspects.count());
   return Question(std::move(question));
 }
 

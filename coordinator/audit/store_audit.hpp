@@ -78,7 +78,9 @@ class StoreAudit : public InquirySource {
   std::uint32_t inner_a_pass() const;
   Place place_of(std::uint32_t number) const;
   Result<StoredSets> sets(std::uint32_t cell);
+  Result<std::vector<std::uint32_t>> cells_beside(const StoredNode& node);
   Result<VisibleSet> suspects(const StoredNode& node, const VisibleSet& visible, bool certified);
+  std::uint64_t rays_for(int pass, std::uint64_t suspects) const;
 
   StoreReader& store_;
   std::uint64_t seed_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -14,37 +15,51 @@ namespace {
 constexpr std::uint64_t kRaysASuspect = 12;
 constexpr std::uint64_t kRaysAnOutsider = 8;
 
-// How large a box looks from a point: the square of the half diagonal over the distance.
-double apparent_size(const Box& box, const Vec3& eye) {
-  const Vec3 half = box.size() * 0.5;
-  const Vec3 away = (box.lo + box.hi) * 0.5 - eye;
-  return dot(half, half) / std::max(dot(away, away), 1e-300);
-}
-
 }  // namespace
 
 Auditor::Auditor(std::shared_ptr<const Scene> scene, double near_m)
-    : scene_(std::move(scene)), near_m_(near_m), sampler_(scene_), sight_(scene_) {}
+    : scene_(std::move(scene)),
+      near_m_(near_m),
+      sampler_(scene_),
+      occludees_(all_occludees(*scene_)) {
+  for (const ObjectRecord& object : scene_->objects()) {
+    const Vec3 half = object.box.size() * 0.5;
+    centers_.push_back((object.box.lo + object.box.hi) * 0.5);
+    half_lengths2_.push_back(dot(half, half));
+  }
+}
 
-// The occludees outside the PVS that look largest from the cell's centre, `count` at most.
+// The occludees outside the PVS that look largest from the cell's centre, `count` at most: by the
+// square of the half diagonal over the distance.
 VisibleSet Auditor::largest_outside(const AuditQuestion& question, std::size_t count) const {
-  VisibleSet outside = all_occludees(*scene_);
+  VisibleSet outside = occludees_;
   outside.remove_all(question.visible);
   outside.remove_all(sampler_.seen());
   if (outside.count() <= count) return outside;
-  std::vector<std::pair<double, ObjectId>> sizes;
+  // A heap of the largest so far, the smallest of them on top: `count` is small.
+  using Sized = std::pair<double, ObjectId>;
+  std::vector<Sized> largest;
   const Vec3 eye = question.cell.center();
   outside.for_each([&](ObjectId id) {
-    sizes.emplace_back(-apparent_size(scene_->object(id).box, eye), id);
+    const std::uint32_t i = index_of(id);
+    const Vec3 away = centers_[i] - eye;
+    const Sized sized{half_lengths2_[i] / std::max(dot(away, away), 1e-300), id};
+    if (largest.size() == count) {
+      if (sized <= largest.front()) return;
+      std::pop_heap(largest.begin(), largest.end(), std::greater<>());
+      largest.pop_back();
+    }
+    largest.push_back(sized);
+    std::push_heap(largest.begin(), largest.end(), std::greater<>());
   });
-  const auto last = sizes.begin() + static_cast<std::ptrdiff_t>(count);
-  std::nth_element(sizes.begin(), last, sizes.end());
-  for (auto at = last; at != sizes.end(); ++at) outside.remove(at->second);
-  return outside;
+  std::vector<std::uint64_t> words(outside.words().size(), 0);
+  for (const auto& [size, id] : largest)
+    words[index_of(id) / 64] |= std::uint64_t{1} << index_of(id) % 64;
+  return VisibleSet::from_words(outside.universe(), std::move(words));
 }
 
 // The witness again, by other code than that which found it.
-bool Auditor::holds(const Cell& cell, const Witness& witness) const {
+bool Auditor::holds(const Cell& cell, const Witness& witness) {
   const double margin = sampler_.margin();
   const Vec3 from_origin = witness.eye - cell.origin;
   for (int a = 0; a < 3; ++a) {
@@ -62,7 +77,9 @@ bool Auditor::holds(const Cell& cell, const Witness& witness) const {
     const double off = std::abs(dot(triangle.normal, line - triangle.corner[0]));
     on_object = off <= margin * triangle.normal_length && triangle.depth_inside(line) >= -margin;
   }
-  return on_object && sight_.clear({witness.eye, witness.point}, witness.object, margin);
+  if (!on_object) return false;
+  if (!sight_) sight_.emplace(scene_);
+  return sight_->clear({witness.eye, witness.point}, witness.object, margin);
 }
 
 AuditFinding Auditor::audit(const AuditQuestion& question) {

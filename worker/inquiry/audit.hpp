@@ -6,6 +6,8 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <vector>
 
 #include "common/pvs/inquiry.hpp"
 #include "common/scene/scene.hpp"
@@ -28,12 +30,15 @@ class Auditor {
 
  private:
   VisibleSet largest_outside(const AuditQuestion& question, std::size_t count) const;
-  bool holds(const Cell& cell, const Witness& witness) const;
+  bool holds(const Cell& cell, const Witness& witness);
 
   std::shared_ptr<const Scene> scene_;
   double near_m_;
   Sampler sampler_;
-  SightCheck sight_;
+  VisibleSet occludees_;
+  std::vector<Vec3> centers_;          // of the objects' boxes
+  std::vector<double> half_lengths2_;  // of their half diagonals, squared
+  std::optional<SightCheck> sight_;    // made when there is something to check: seldom
 };
 
 }  // namespace pvsfarm
