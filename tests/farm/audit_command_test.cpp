@@ -79,8 +79,14 @@ class AuditCommand : public testing::Test {
         sets.seen.remove(*largest);
       }
       EXPECT_TRUE(writer
-                      ->add({node.key, node.root_id, node.leaf, node.quarantined, node.cell,
-                             sets.visible, sets.seen})
+                      ->add({.key = node.key,
+                             .root_id = node.root_id,
+                             .leaf = node.leaf,
+                             .reason = node.reason,
+                             .quarantined = node.quarantined,
+                             .cell = node.cell,
+                             .visible = sets.visible,
+                             .seen = sets.seen})
                       .ok());
     }
     EXPECT_TRUE(writer->finish().ok());
