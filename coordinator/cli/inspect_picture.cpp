@@ -1,31 +1,10 @@
 #include "coordinator/cli/inspect_picture.hpp"
 
-#include <cmath>
-
 #include "coordinator/cli/text.hpp"
 #include "coordinator/picture/top_view.hpp"
 
 namespace pvsfarm {
 namespace {
-
-std::array<Vec2, 4> cell_footprint(const Cell& cell) {
-  const bool upright =
-      std::abs(cell.axes[2].x) < kAxisTolerance && std::abs(cell.axes[2].y) < kAxisTolerance;
-  if (!upright) return footprint_of(cell.bounds());
-  std::array<Vec2, 4> footprint;
-  const int around[4] = {0, 1, 3, 2};
-  for (int i = 0; i < 4; ++i) {
-    const Vec3 corner = cell.corner(around[i]);
-    footprint[i] = {corner.x, corner.y};
-  }
-  return footprint;
-}
-
-std::string ascii(std::string text) {
-  for (char& c : text)
-    if (c < ' ' || c > '~') c = '?';
-  return text;
-}
 
 // What the chosen cell sees, or nothing.
 Result<std::optional<VisibleSet>> chosen_set(StoreReader& store, const PictureRequest& request) {
@@ -46,7 +25,7 @@ Status add_cells(StoreReader& store, const PictureRequest& request, TopView& vie
     const bool chosen = request.cell == i;
     if (!node->leaf && !chosen) continue;
     const double gap_percent = 100 * gap_of(node->visible.triangles, node->seen.triangles);
-    view.cells.push_back({.footprint = cell_footprint(node->cell),
+    view.cells.push_back({.footprint = footprint_of(node->cell),
                           .value = request.by_gap ? gap_percent : node->visible.objects,
                           .chosen = chosen});
   }

@@ -44,6 +44,12 @@ std::string point_text(const Vec3& p) {
   return buffer.data();
 }
 
+std::string ascii(std::string text) {
+  for (char& c : text)
+    if (c < ' ' || c > '~') c = '?';
+  return text;
+}
+
 std::string path_text(const CellKey& key) {
   std::string text;
   for (int bit = key.depth() - 1; bit >= 0; --bit) text += (key.path >> bit & 1) != 0 ? '1' : '0';

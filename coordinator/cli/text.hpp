@@ -16,6 +16,7 @@ std::string round_trip(double value);           // the shortest that reads back 
 std::string bytes_text(std::uint64_t bytes);    // 12.3 MB
 std::string counted(std::uint64_t n, std::string_view one, std::string_view many);  // 1 cell
 std::string point_text(const Vec3& p);  // 1.5,2,-3: six digits, for people
+std::string ascii(std::string text);    // what pictures can write, else '?'
 // The splits from the root, 0 the low half and 1 the high: "" is a root.
 std::string path_text(const CellKey& key);
 

@@ -66,6 +66,19 @@ std::array<Vec2, 4> footprint_of(const Box& box) {
           Vec2{box.lo.x, box.hi.y}};
 }
 
+std::array<Vec2, 4> footprint_of(const Cell& cell) {
+  const bool upright =
+      std::abs(cell.axes[2].x) < kAxisTolerance && std::abs(cell.axes[2].y) < kAxisTolerance;
+  if (!upright) return footprint_of(cell.bounds());
+  std::array<Vec2, 4> footprint;
+  const int around[4] = {0, 1, 3, 2};
+  for (int i = 0; i < 4; ++i) {
+    const Vec3 corner = cell.corner(around[i]);
+    footprint[i] = {corner.x, corner.y};
+  }
+  return footprint;
+}
+
 MapPainter::MapPainter(const TopView& view) : view_(view) {
   PVS_CHECK(!view.objects.empty() || !view.cells.empty());
   Box all;

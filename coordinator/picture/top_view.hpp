@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/base/result.hpp"
+#include "common/cells/cell.hpp"
 #include "common/geometry/box.hpp"
 
 namespace pvsfarm {
@@ -38,6 +39,7 @@ struct TopView {
 };
 
 std::array<Vec2, 4> footprint_of(const Box& box);
+std::array<Vec2, 4> footprint_of(const Cell& cell);  // that of its bounds, if it is not upright
 
 // Draws `view` and writes it as a PNG, whole or not at all. The same view gives the same bytes.
 // Everything is painted in order of footprint area, the largest first, so that a car lies on its

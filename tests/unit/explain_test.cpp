@@ -134,6 +134,8 @@ TEST(Explain, TheLineThroughASlitTellsItsClearance) {
                      target("box", {{10, -1, -1}, {11, 1, 1}})});
   const ExplainFinding finding = scene.about("box");
   EXPECT_EQ(finding.verdict, Verdict::kSeen);
+  EXPECT_FALSE(finding.found_afterwards);
+  EXPECT_TRUE(finding.parts.empty());
   const Vec3 d = finding.line.point - finding.line.eye;
   EXPECT_LE(std::abs(finding.line.eye.x), 1);
   EXPECT_GE(finding.line.point.x, 10);
@@ -146,7 +148,7 @@ TEST(Explain, TheLineThroughASlitTellsItsClearance) {
     const double off =
         std::min(std::abs(finding.line.eye.y + d.y * (5 - finding.line.eye.x) / d.x - edge),
                  std::abs(finding.line.eye.y + d.y * (5.2 - finding.line.eye.x) / d.x - edge));
-    EXPECT_NEAR(passed.clearance_m, off * std::hypot(d.x, d.z) / length(d), 1e-6);
+    EXPECT_NEAR(passed.clearance_m, off * std::abs(d.x) / std::hypot(d.x, d.y), 1e-6);
   }
   EXPECT_LE(finding.passed[0].clearance_m, finding.passed[1].clearance_m);
 }

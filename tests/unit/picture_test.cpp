@@ -6,6 +6,7 @@
 #include "common/base/file.hpp"
 #include "coordinator/picture/color_scale.hpp"
 #include "coordinator/picture/map_painter.hpp"
+#include "coordinator/picture/sight_plan.hpp"
 #include "coordinator/picture/text.hpp"
 #include "coordinator/picture/top_view.hpp"
 
@@ -159,6 +160,8 @@ class TopViewFile : public testing::Test {
     folder_ = pattern;
   }
   void TearDown() override { fs::remove_all(folder_); }
+  std::string path(const char* name) const { return (folder_ / name).string(); }
+  std::string bytes(const char* name) const { return read_file(path(name)).value(); }
   fs::path folder_;
 };
 
@@ -181,6 +184,26 @@ TEST_F(TopViewFile, of_cells_alone_or_objects_alone_is_drawn) {
   cells.width_px = objects.width_px = 400;
   EXPECT_TRUE(render_top_view(cells, (folder_ / "cells.png").string()).ok());
   EXPECT_TRUE(render_top_view(objects, (folder_ / "objects.png").string()).ok());
+}
+
+TEST_F(TopViewFile, of_an_explanation_is_a_png_and_the_same_every_time) {
+  SightPlan plan{.title = "why",
+                 .surroundings = {{{0, 0, 0}, {100, 100, 0}}, {{20, 40, 0}, {30, 60, 9}}},
+                 .cells = {footprint_of(Box{{0, 45, 1}, {5, 55, 2}})},
+                 .object = {{60, 45, 0}, {70, 55, 5}},
+                 .object_name = "house",
+                 .hidden = true,
+                 .blockers = {{{{{20, 40, 0}, {30, 60, 9}}}, "wall"}},
+                 .planes = {{Vec2{35, 42}, Vec2{35, 58}, Vec2{35, 58}, Vec2{35, 42}}},
+                 .width_px = 500};
+  ASSERT_TRUE(render_sight_plan(plan, path("a.png")));
+  ASSERT_TRUE(render_sight_plan(plan, path("b.png")));
+  EXPECT_EQ(bytes("a.png"), bytes("b.png"));
+  plan.hidden = false;
+  plan.lines = {{{5, 50}, {60, 50}}};
+  plan.passed = {{{30, 50}, "wall"}};
+  ASSERT_TRUE(render_sight_plan(plan, path("c.png")));
+  EXPECT_NE(bytes("a.png"), bytes("c.png"));
 }
 
 TEST_F(TopViewFile, that_cannot_be_written_is_an_io_error_that_names_it) {

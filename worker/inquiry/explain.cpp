@@ -1,5 +1,6 @@
 #include "worker/inquiry/explain.hpp"
 
+#include <algorithm>
 #include <optional>
 
 #include "common/base/check.hpp"
@@ -58,8 +59,8 @@ ExplainFinding::Part Explainer::State::part_of(const Evidence::Part& hidden,
   auto part = certificate.redraw(evidence.planes[hidden.plane], hidden.local_box);
   PVS_CHECK(part.has_value());  // the prover asked no less of it
   part->objects = hidden.objects;
-  if (hidden.objects == 1 && evidence.parts.size() == 1)
-    part->box = scene->object(question.object).box;
+  // Widening by rounding, and by a cell's skew axes, is of no interest to people.
+  if (hidden.objects == 1) part->box = common_box(part->box, scene->object(question.object).box);
   return *part;
 }
 
@@ -96,7 +97,7 @@ void Explainer::State::look_harder(const ExplainQuestion& question, ExplainFindi
   }
 }
 
-// What the point itself lies against, as the ground it stands on, is not passed by.
+// What is nearest to one of the ends, as the ground the object stands on, is not passed by.
 void Explainer::State::note_passed(ObjectId object, ExplainFinding& finding) {
   const Sightline line{finding.line.eye, finding.line.point};
   const double end = 1e-6 * length(line.point - line.eye);
@@ -105,7 +106,8 @@ void Explainer::State::note_passed(ObjectId object, ExplainFinding& finding) {
     for (int k = 0; k < 3; ++k)
       triangle[k] = scene->vertices()[scene->all_triangles()[near.triangle].vertex[k]];
     const Vec3 at = nearest_point(finding.line, triangle);
-    if (length(at - line.point) > end && finding.passed.size() < kMaxPassedBy)
+    if (std::min(length(at - line.point), length(at - line.eye)) > end &&
+        finding.passed.size() < kMaxPassedBy)
       finding.passed.push_back({near.object, near.clearance, at});
   }
 }

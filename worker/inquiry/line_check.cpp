@@ -30,7 +30,8 @@ std::vector<Vec3> eyes_of(const Cell& cell, Random& random) {
   return eyes;
 }
 
-// Of a group only the object is of interest, of a part what lies in the object's box.
+}  // namespace
+
 Box common_box(const Box& part, const Box& object) {
   Box out;
   for (int a = 0; a < 3; ++a) {
@@ -39,8 +40,6 @@ Box common_box(const Box& part, const Box& object) {
   }
   return out;
 }
-
-}  // namespace
 
 void check_by_lines(const Scene& scene, const SightCheck& sight, const ExplainQuestion& question,
                     ExplainFinding& finding) {

@@ -13,4 +13,7 @@ namespace pvsfarm {
 void check_by_lines(const Scene& scene, const SightCheck& sight, const ExplainQuestion& question,
                     ExplainFinding& finding);
 
+// What of the part, or of the group, lies in the object's box: all that is of interest of it.
+Box common_box(const Box& part, const Box& object);
+
 }  // namespace pvsfarm
