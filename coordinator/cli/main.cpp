@@ -52,6 +52,7 @@ void add_commands(CLI::App& app, CommandContext& context) {
   add_audit_command(app, context);
   add_inspect_command(app, context);
   add_query_command(app, context);
+  add_explain_command(app, context);
   add_export_command(app, context);
   add_validate_command(app, context);
   add_diff_command(app, context);
