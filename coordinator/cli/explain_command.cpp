@@ -7,13 +7,11 @@
 
 #include "common/base/log.hpp"
 #include "common/pvs/store_reader.hpp"
-#include "common/scene/import.hpp"
-#include "common/scene/scene_build.hpp"
-#include "coordinator/cli/bake_options.hpp"
 #include "coordinator/cli/command.hpp"
 #include "coordinator/cli/explain_picture.hpp"
 #include "coordinator/cli/explain_text.hpp"
 #include "coordinator/cli/explanation.hpp"
+#include "coordinator/cli/store_scene.hpp"
 #include "coordinator/cli/text.hpp"
 #include "coordinator/service/bake_identity.hpp"
 #include "coordinator/service/inquiries.hpp"
@@ -22,36 +20,16 @@ namespace pvsfarm {
 namespace {
 
 struct ExplainOptions {
-  std::string store, object, picture;
-  ImportOptions import;
-  std::string up, tags, occluders;
+  StoreSceneOptions files;
+  std::string object, picture;
   std::optional<std::uint32_t> cell;
   std::vector<double> at;
   bool json = false;
 };
 
-Result<std::shared_ptr<const Scene>> read_scene(const ExplainOptions& options,
-                                                const StoreReader& store) {
-  ImportOptions import = options.import;
-  import.tags_path = options.tags;
-  import.occluders_path = options.occluders;
-  if (!options.up.empty()) import.up = options.up == "y" ? UpAxis::kY : UpAxis::kZ;
-  auto imported = import_scene(import);
-  if (!imported) return imported.error();
-  auto scene = build_scene(imported->source);
-  if (!scene) return invalid_input(import.scene_path + ": " + scene.error().text);
-  if ((*scene)->digest() != store.header().scene_digest)
-    return invalid_input(import.scene_path + ": not the scene of " + store.path() +
-                         ", or not with the --tags, --occluders and --up it was baked with");
-  return scene;
-}
-
 Result<BakeSettings> read_settings(StoreReader& store) {
-  const auto settings = settings_from_json(store.header().settings_json);
-  if (!settings)
-    return invalid_input(store.path() +
-                         ": does not tell all the settings of its bake; bake it "
-                         "with this version of pvsfarm");
+  const auto settings = read_settings_of(store);
+  if (!settings) return settings.error();
   std::vector<RootCell> roots;
   for (std::uint32_t i = 0; i < store.node_count();) {
     const auto root = store.node(i);
@@ -86,7 +64,9 @@ AskWorker ask_one_worker(std::shared_ptr<const Scene> scene, const EvaluatorSett
   FarmOptions farm{
       .local_workers = 1,
       .worker_program = std::filesystem::path(context.program).parent_path() / "pvsfarm-worker"};
-  FarmObserver observer{.warning = [](const std::string& text) { log_warning(text); }};
+  FarmObserver observer{.progress = [](const StatusReport&) {},
+                        .note = [](const std::string&) {},
+                        .warning = [](const std::string& text) { log_warning(text); }};
   return
       [scene = std::move(scene), settings, farm = std::move(farm), observer = std::move(observer)](
           const std::vector<ExplainQuestion>& questions) -> Result<std::vector<ExplainFinding>> {
@@ -106,7 +86,7 @@ AskWorker ask_one_worker(std::shared_ptr<const Scene> scene, const EvaluatorSett
 }
 
 Status run_explain(const ExplainOptions& options, const CommandContext& context) {
-  auto store = StoreReader::open(options.store);
+  auto store = StoreReader::open(options.files.store);
   if (!store) return store.error();
   const auto object = object_named(**store, options.object);
   if (!object) return object.error();
@@ -114,7 +94,7 @@ Status run_explain(const ExplainOptions& options, const CommandContext& context)
   if (!cell) return cell.error();
   const auto settings = read_settings(**store);
   if (!settings) return settings.error();
-  auto scene = read_scene(options, **store);
+  auto scene = read_scene_of(**store, options.files);
   if (!scene) return scene.error();
   const auto explanation = explain_in_store(**store, settings->subdivision, *cell, *object,
                                             ask_one_worker(*scene, settings->evaluator, context));
@@ -134,9 +114,7 @@ void add_explain_command(CLI::App& app, CommandContext& context) {
   auto options = std::make_shared<ExplainOptions>();
   CLI::App* command =
       app.add_subcommand("explain", "why an object is, or is not, in a cell's visible set");
-  command->add_option("store", options->store, "the .pvs file")->required();
-  command->add_option("scene", options->import.scene_path, "the scene it was baked from")
-      ->required();
+  add_store_scene_options(*command, options->files);
   command->add_option("--object", options->object, "its name, or #ID as query numbers it")
       ->required();
   auto* where = command->add_option_group("where", "a cell");
@@ -146,10 +124,6 @@ void add_explain_command(CLI::App& app, CommandContext& context) {
       ->expected(3)
       ->type_name("X,Y,Z");
   where->require_option(1);
-  command->add_option("--tags", options->tags, "as for the bake");
-  command->add_option("--occluders", options->occluders, "as for the bake");
-  command->add_option("--up", options->up, "as for the bake: y or z")
-      ->check(CLI::IsMember({"y", "z"}));
   command->add_flag("--json", options->json, "one JSON object instead of text");
   command->add_option("--picture", options->picture, "a PNG of cell, object and what is between");
   command->footer(
