@@ -131,6 +131,24 @@ TEST_P(Situation, equal_input_gives_equal_output) {
   EXPECT_EQ(used.hidden_from(kCell), fresh);
 }
 
+TEST_P(Situation, a_wall_askew_hides_what_is_behind_it_though_its_box_holds_the_cell) {
+  // Along x + y = 6: once as a rectangle, once as a solid of some thickness.
+  const std::array front{Vec3{36, -30, -20}, Vec3{-30, 36, -20}, Vec3{-30, 36, 20},
+                         Vec3{36, -30, 20}};
+  SceneSource source;
+  source.objects = {polygon_object("wall", front, Role::kOnlyOccludes),
+                    thing({{7, 7, -1}, {8, 8, 1}})};
+  EXPECT_TRUE(box_of(source.objects[0]).contains(kCell.hi));
+  EXPECT_TRUE(hides(source, 1));
+
+  source.objects[0] = box_object("wall", {{-30, 4.5, -20}, {30, 5, 20}}, Role::kOnlyOccludes);
+  for (Vec3& p : source.objects[0].vertices)
+    p = Vec3{p.x * 0.8 + p.y * 0.6, p.y * 0.8 - p.x * 0.6, p.z};
+  EXPECT_TRUE(box_of(source.objects[0]).contains(kCell.hi));
+  source.objects[1] = thing({{4, 5, -1}, {5, 6, 1}});
+  EXPECT_TRUE(hides(source, 1));
+}
+
 // A long thin wall and a thing right behind it that stands on the ground, z = 0.
 SceneSource wall_on_the_ground(double base) {
   SceneSource source;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "common/cells/cell.hpp"
 
 namespace pvsfarm {
@@ -45,11 +47,37 @@ TEST(OccluderPieces, a_polygon_cut_once_keeps_its_order_and_names_the_cut) {
   ASSERT_EQ(make_pieces(all, all.list[0], plane, 0, pieces), 1);
   const Piece& piece = pieces[0];
   ASSERT_EQ(piece.point_count, 4);
-  ASSERT_GE(piece.cut_edge, 0);
+  ASSERT_GE(piece.cut_edges[0], 0);
   const double cut = -64 + 64.0 / 64;
-  EXPECT_EQ(piece.points[piece.cut_edge].z, cut);
-  EXPECT_EQ(piece.points[(piece.cut_edge + 1) % 4].z, cut);
+  EXPECT_EQ(piece.points[piece.cut_edges[0]].z, cut);
+  EXPECT_EQ(piece.points[(piece.cut_edges[0] + 1) % 4].z, cut);
+  EXPECT_EQ(piece.cut_edges[1], -1);
   EXPECT_EQ(piece.box.lo.z, cut);
+}
+
+TEST(OccluderPieces, a_polygon_across_the_plane_is_a_piece_and_its_front_another) {
+  const ProjectionPlane plane = square_plane(kFrame, kFaces[0], 8, 1, 64);
+  // From x = 0, behind the face, to x = 20, behind the plane; corners of both cuts in all turns.
+  std::vector<Vec3> loop{{0, -3, 5}, {20, -3, 5}, {20, 3, 5}, {0, 3, 5}};
+  for (std::size_t turn = 0; turn < loop.size(); ++turn) {
+    std::rotate(loop.begin(), loop.begin() + 1, loop.end());
+    const LocalOccluders all = polygon(loop);
+    std::array<Piece, 2> pieces;
+    ASSERT_EQ(make_pieces(all, all.list[0], plane, 0, pieces), 2);
+    const double near = -8 + 8.0 / 64;
+    EXPECT_EQ(pieces[0].box.lo.z, near);
+    EXPECT_EQ(pieces[0].box.hi.z, 20 - 1 - 8);
+    EXPECT_EQ(pieces[0].cut_edges[1], -1);
+    const Piece& front = pieces[1];
+    ASSERT_EQ(front.point_count, 4);
+    EXPECT_EQ(front.box.lo.z, near);
+    EXPECT_EQ(front.box.hi.z, 0);
+    for (const int k : {0, 1}) {
+      ASSERT_GE(front.cut_edges[k], 0);
+      EXPECT_EQ(front.points[front.cut_edges[k]].z, k == 0 ? near : 0);
+      EXPECT_EQ(front.points[(front.cut_edges[k] + 1) % 4].z, k == 0 ? near : 0);
+    }
+  }
 }
 
 }  // namespace

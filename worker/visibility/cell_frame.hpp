@@ -31,6 +31,7 @@ class CellFrame {
   Box local_around_world(const Box& box) const;
   const Vec3& half() const { return half_; }
   bool aligned() const { return aligned_; }  // the cell's axes are the world's
+  const std::array<Vec3, 3>& axes() const { return axes_; }
   Box world_bounds() const { return world_bounds_; }
   // Added to the size of a local point, a bound of what its rounding is relative to.
   double offset_scale() const { return aligned_ ? 0.0 : length(middle_); }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/base/check.hpp"
+#include "worker/visibility/hull_direction.hpp"
 
 namespace pvsfarm {
 namespace {
@@ -55,14 +56,35 @@ bool apart_from_owners(const Scene& scene, const Occluder& occluder, const CellF
   return true;
 }
 
+// Whether a plane has the whole cell on one side and the hull of the solid's points more than `gap`
+// away on the other: the plane across the way to the closest of them.
+bool apart_across(const Scene& scene, const Occluder& solid, const CellFrame& frame, double gap) {
+  std::array<Vec3, kMaxPiecePoints> local;
+  const auto points = scene.points(solid);
+  if (points.empty() || points.size() > local.size()) return false;
+  double scale = frame.offset_scale() + length(frame.half());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    local[i] = frame.local_from_world(points[i]);
+    scale = std::max(scale, length(local[i]));
+  }
+  const auto in_frame = std::span(local).first(points.size());
+  const Vec3 n = toward_hull(in_frame, Vec3(0)), half = frame.half();
+  double nearest = dot(n, in_frame[0]);
+  for (const Vec3& p : in_frame) nearest = std::min(nearest, dot(n, p));
+  const double reach = std::abs(n.x) * half.x + std::abs(n.y) * half.y + std::abs(n.z) * half.z;
+  return nearest - reach > (gap + 4 * kRounding * scale) * length(n);
+}
+
 // Whether the cell keeps more than `near_m` from the matter the solid stands for: from its box, in
-// the world's or the cell's axes, and from its owners where their matter reaches farther.
+// the world's or the cell's axes, or from its points; and from its owners where their matter
+// reaches farther.
 bool solid_apart(const Scene& scene, const Occluder& solid, const CellFrame& frame, double near_m) {
   const Box cell_box{-frame.half(), frame.half()};
   const double gap = near_m + solid.flatness;
   if (!solid.closed && !apart_from_owners(scene, solid, frame, gap)) return false;
   return apart(solid.box, frame.world_bounds(), gap) ||
-         (!frame.aligned() && apart(local_box(scene, solid, frame), cell_box, gap));
+         (!frame.aligned() && apart(local_box(scene, solid, frame), cell_box, gap)) ||
+         apart_across(scene, solid, frame, gap);
 }
 
 }  // namespace
@@ -126,7 +148,7 @@ bool slab(const Box& box, double from, double to, Piece& piece) {
   piece.box.hi.z = std::min(box.hi.z, to);
   piece.solid = piece.box_shaped = true;
   piece.point_count = 8;
-  piece.cut_edge = -1;
+  piece.cut_edges = {-1, -1};
   for (int k = 0; k < 8; ++k) piece.points[k] = piece.box.corner(k);
   return piece.box.lo.z <= piece.box.hi.z;
 }
@@ -135,7 +157,7 @@ bool slab(const Box& box, double from, double to, Piece& piece) {
 bool slab(std::span<const Vec3> points, double from, double to, Piece& piece) {
   piece.solid = true;
   piece.box_shaped = false;
-  piece.cut_edge = -1;
+  piece.cut_edges = {-1, -1};
   piece.point_count = 0;
   piece.box = Box{};
   const auto add = [&piece](const Vec3& p) {
@@ -159,31 +181,59 @@ bool slab(std::span<const Vec3> points, double from, double to, Piece& piece) {
   return piece.point_count >= 3;
 }
 
-// The polygon's part with z >= from. Its loop stays in order; the cut is one new edge.
-bool clip_polygon(std::span<const Vec3> loop, double from, double flatness, Piece& piece) {
-  piece.solid = piece.box_shaped = false;
-  piece.flatness = flatness;
-  piece.cut_edge = -1;
+// Cuts away what of a polygon piece lies below z = cut (keep_above), or above it. The loop stays in
+// order; each cut is one new edge, named in cut_edges[keep_above ? 0 : 1].
+bool cut_polygon(Piece& piece, double cut, bool keep_above) {
+  const auto is_in = [&](const Vec3& p) { return keep_above ? p.z >= cut : p.z <= cut; };
+  const int count = piece.point_count;
+  if (std::all_of(piece.points.begin(), piece.points.begin() + count, is_in)) return true;
+  std::array<Vec3, kMaxPiecePoints> loop;
+  std::copy_n(piece.points.begin(), count, loop.begin());
+  const std::array<int, 2> old_edges = piece.cut_edges;
   piece.point_count = 0;
   piece.box = Box{};
+  const auto add = [&piece](const Vec3& p) {
+    piece.points[piece.point_count++] = p;
+    piece.box.add(p);
+  };
   int cuts = 0;
-  for (std::size_t i = 0; i < loop.size(); ++i) {
-    const Vec3 &p = loop[i], &q = loop[(i + 1) % loop.size()];
-    const bool in = p.z >= from, next_in = q.z >= from;
-    if (in) piece.points[piece.point_count++] = p;
+  for (int i = 0; i < count; ++i) {
+    const Vec3 &p = loop[i], &q = loop[(i + 1) % count];
+    const bool in = is_in(p), next_in = is_in(q);
+    // An older cut's edge goes on from here, or from the point where it comes in again.
+    for (int k = 0; k < 2; ++k)
+      if (old_edges[k] == i) piece.cut_edges[k] = in || next_in ? piece.point_count : -1;
+    if (in) add(p);
     if (in == next_in) continue;
     if (++cuts > 2) return false;  // not convex enough to be cut once: leave it out
-    Vec3 c = p + (q - p) * ((p.z - from) / (p.z - q.z));
-    c.z = from;
-    if (in) piece.cut_edge = piece.point_count;  // leaves here: the cut edge starts at c
-    piece.points[piece.point_count++] = c;
-  }
-  for (int i = 0; i < piece.point_count; ++i) piece.box.add(piece.points[i]);
-  if (cuts == 2 && flatness > 0) {
-    const Vec3 n = newell_normal(loop);
-    piece.cut_sine = std::sqrt(n.x * n.x + n.y * n.y);
+    Vec3 c = p + (q - p) * ((p.z - cut) / (p.z - q.z));
+    c.z = cut;
+    if (in) piece.cut_edges[keep_above ? 0 : 1] = piece.point_count;  // leaves here: it starts at c
+    add(c);
   }
   return piece.point_count >= 3;
+}
+
+// The polygon with its loop in plane coordinates, and the part of it before the plane if it reaches
+// beyond: a wall askew is deep at its far end, what of it lies before the plane is not.
+int polygon_pieces(std::span<const Vec3> loop, double from, double flatness,
+                   std::array<Piece, 2>& pieces) {
+  Piece& whole = pieces[0];
+  whole.solid = whole.box_shaped = false;
+  whole.flatness = flatness;
+  whole.cut_edges = {-1, -1};
+  whole.point_count = static_cast<int>(loop.size());
+  whole.box = Box{};
+  for (std::size_t i = 0; i < loop.size(); ++i) whole.box.add(whole.points[i] = loop[i]);
+  if (!cut_polygon(whole, from, true)) return 0;
+  const bool crosses = whole.box.lo.z < 0 && whole.box.hi.z > 0;
+  if (flatness > 0 && (crosses || whole.cut_edges[0] >= 0)) {
+    const Vec3 n = newell_normal(loop);
+    whole.cut_sine = std::sqrt(n.x * n.x + n.y * n.y);
+  }
+  if (!crosses) return 1;
+  pieces[1] = whole;
+  return cut_polygon(pieces[1], 0, false) ? 2 : 1;
 }
 
 }  // namespace
@@ -207,7 +257,7 @@ int make_pieces(const LocalOccluders& all, const LocalOccluder& occluder,
   if (!occluder.solid) {
     // Inside its border the matter may dip by twice the flatness: keep that beyond the face too.
     const double from = nearest + 4 * occluder.flatness;
-    return clip_polygon(in_plane, from, occluder.flatness, pieces[0]) ? 1 : 0;
+    return polygon_pieces(in_plane, from, occluder.flatness, pieces);
   }
   if (box.lo.z < 0 && slab(in_plane, nearest, 0, pieces[count])) ++count;
   if (box.hi.z > 0 && slab(in_plane, std::max(nearest, 0.0), box.hi.z, pieces[count])) ++count;

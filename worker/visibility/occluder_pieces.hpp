@@ -47,21 +47,22 @@ bool legal_for_cell(const Scene& scene, const Occluder& occluder, const CellFram
 void add_local(const Scene& scene, const Occluder& occluder, const CellFrame& frame,
                double ground_depth, double solid_angle, LocalOccluders& out);
 
-// One convex piece in plane coordinates, all of it at z <= 0 or all at z >= 0 if solid.
+// One convex piece in plane coordinates. Solid: all of it at z <= 0 or all at z >= 0.
 struct Piece {
   int point_count = 0;
   bool solid = false;
   bool box_shaped = false;  // the piece is `box`, the points its corners (Box::corner)
   Box box;                  // plane frame
   double flatness = 0;
-  // polygons: the edge from this point to the next is a cut, made at z = cut_z; -1: uncut.
-  int cut_edge = -1;
-  double cut_sine = 1;  // sine of the angle between polygon and cutting plane
+  // polygons: the edges from these points to the next are cuts, the near and the far one; -1: none.
+  std::array<int, 2> cut_edges{-1, -1};
+  double cut_sine = 1;  // sine of the angle between polygon and cutting planes
   std::array<Vec3, kMaxPiecePoints> points;
 };
 
-// Rule V, steps 1 to 3: clips to z >= -D + delta and splits solids at z = 0. At most two pieces.
-// Returns how many were written.
+// Rule V, steps 1 to 3: clips to z >= -D + delta and splits solids at z = 0. A polygon that crosses
+// z = 0 stays whole, and its part before the plane is a piece once more, with a smaller Depth.
+// Returns how many pieces were written.
 int make_pieces(const LocalOccluders& all, const LocalOccluder& occluder,
                 const ProjectionPlane& plane, double near_m, std::array<Piece, 2>& pieces);
 

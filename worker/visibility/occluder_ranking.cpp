@@ -3,14 +3,19 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/visibility/hull_direction.hpp"
+
 namespace pvsfarm {
 namespace {
 
-// The faces of the box as seen from `eye`, by area and cosine, over the distance squared.
-double solid_angle_of(const Box& box, const Vec3& eye, double least_distance) {
+// The faces of the box as seen from `eye`, by area and cosine, over the distance squared. A wall
+// that stands askew may have the eye in its box and yet before it: then its points say how far.
+double solid_angle_of(const Box& box, std::span<const Vec3> points, const Vec3& eye,
+                      double least_distance) {
   const Vec3 size = box.size();
   Vec3 toward(0);
   for (int a = 0; a < 3; ++a) toward[a] = std::max({0.0, box.lo[a] - eye[a], eye[a] - box.hi[a]});
+  if (toward == Vec3(0) && !points.empty()) toward = glm::abs(toward_hull(points, eye));
   const double distance = std::max(length(toward), least_distance);
   const double area =
       size.y * size.z * toward.x + size.x * size.z * toward.y + size.x * size.y * toward.z;
@@ -68,7 +73,8 @@ void OccluderRanking::rank(const CellFrame& frame, const VisibleSet& candidates,
   const double least_distance = 1e-3 + 0.5 * cell_radius;
   const auto consider = [&](std::uint32_t index) {
     const Occluder& occluder = scene_.occluders()[index];
-    const double solid_angle = solid_angle_of(occluder.box, eye, least_distance);
+    const double solid_angle =
+        solid_angle_of(occluder.box, scene_.points(occluder), eye, least_distance);
     if (solid_angle >= least_solid_angle) out.push_back({index, solid_angle});
   };
   for (const Ball& ball : balls_) {

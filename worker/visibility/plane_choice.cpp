@@ -13,6 +13,7 @@ constexpr std::size_t kRankedForPlanes =
     64;                              // the largest occluders say where the first plane goes
 constexpr double kFirstShare = 0.1;  // of their weight ends before it
 constexpr double kLastShare = 0.6;   // of the way to the farthest occludee: the last plane
+constexpr double kAskewShare = 0.3;  // of that way: the first plane where no wall says where
 // The step from plane to plane is the smallest of these that spans the way. Written out, so that no
 // library's idea of a root can differ from machine to machine.
 constexpr double kLeastDistance = 1e-6;  // for cells without extent
@@ -53,6 +54,10 @@ double first_distance(std::vector<Wall>& walls) {
     if (passed >= kFirstShare * total) return wall.end;
   }
   return walls.back().end;
+}
+
+bool looks_down(const CellFrame& frame, Face face) {
+  return face.sign * frame.axes()[face.axis].z < -0.5;
 }
 
 double least_distance(const CellFrame& frame, Face face) {
@@ -114,7 +119,10 @@ std::vector<ProjectionPlane> choose_planes(const CellFrame& frame, const LocalOc
     auto walls = walls_beyond(frame, occluders, face);
     if (walls.empty()) continue;
     // No nearer than the cell is wide, lest a car at the kerb take all planes to itself.
-    const double first = std::max(first_distance(walls), least_distance(frame, face));
+    double first = std::max(first_distance(walls), least_distance(frame, face));
+    // Walls askew may end beyond all there is to hide: their ends say nothing. Downwards all solids
+    // on the ground do, and nothing stands below it.
+    if (first >= reach && !looks_down(frame, face)) first = kAskewShare * reach;
     const double last = std::max(first, kLastShare * reach);
     const double step = step_for(first, last, request.planes_per_face);
     double distance = first;

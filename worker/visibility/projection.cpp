@@ -125,7 +125,7 @@ bool add_loop_view(const Images& images, int kx, int ky, const Piece& piece,
   if (area == 0) return false;
   for (int i = 0; i < n; ++i) {
     double extra = 0;
-    if (i == piece.cut_edge && piece.flatness > 0) {
+    if ((i == piece.cut_edges[0] || i == piece.cut_edges[1]) && piece.flatness > 0) {
       // The matter's own border in the cutting plane is within 2 flatness / sine of the cut.
       if (!(piece.cut_sine > 1e-3)) return false;
       const double alpha = plane.distance / (piece.points[i].z + plane.distance);
