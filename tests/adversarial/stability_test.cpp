@@ -11,6 +11,7 @@
 #include <cstdlib>
 
 #include "tests/adversarial/stability_scenes.hpp"
+#include "tests/support/evaluation.hpp"
 
 namespace pvsfarm {
 namespace {
@@ -47,8 +48,8 @@ TEST_P(Stability, hides_nothing_that_a_ray_reaches_and_no_less_than_it_must) {
   const auto& [perturbation, raster] = GetParam();
   const bool is_osmesa = raster == RasterKind::kOsmesa;
   const std::uint64_t seeds = full() && !is_osmesa ? 10 : 1;
-  EvaluatorSettings settings;
-  settings.raster = raster;
+  EvaluatorSettings settings = provers_only(raster);
+  if (!full()) settings.methods = {Method::kProjection};
   const std::size_t cells = full() ? 6 : is_osmesa ? 1 : 2;
   for (const StabilityScene& scene : stability_scenes({.cells = cells, .rooms = full() ? 4 : 2})) {
     if (is_left_out(scene, raster)) continue;
@@ -73,7 +74,7 @@ TEST_P(Stability, hides_nothing_that_a_ray_reaches_and_no_less_than_it_must) {
 // The scenes are worth perturbing: something is hidden in each, and something seen in most.
 TEST(StabilityScenes, hide_something) {
   for (const StabilityScene& scene : stability_scenes({.cells = 2, .rooms = 2})) {
-    const VisibleSets sets = evaluate(scene.world, scene.world, {});
+    const VisibleSets sets = evaluate(scene.world, scene.world, provers_only(RasterKind::kDirect));
     std::uint64_t all = 0;
     for (const SourceObject& object : scene.world.source.objects)
       all += object.occludee ? object.triangles.size() : 0;

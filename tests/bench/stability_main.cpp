@@ -12,6 +12,7 @@
 
 #include "tests/adversarial/stability.hpp"
 #include "tests/adversarial/stability_scenes.hpp"
+#include "tests/support/evaluation.hpp"
 
 namespace pvsfarm {
 namespace {
@@ -22,7 +23,7 @@ struct Options {
   StabilitySize size{.cells = 6, .rooms = 5};
   std::uint64_t seeds = 3;
   Attack attack{.rays_per_hidden_object = 200, .witness_rays = 400'000};
-  EvaluatorSettings evaluator;
+  EvaluatorSettings evaluator = provers_only(RasterKind::kDirect);
   std::string scene, perturbation;
 };
 
