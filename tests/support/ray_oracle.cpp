@@ -143,6 +143,14 @@ std::optional<RayOracle::Hit> RayOracle::first_hit(const Segment& segment) const
 // The triangle thickened by `margin` is the slab around its plane, cut by its three edges moved
 // outwards; it holds every point within `margin` of the triangle.
 bool RayOracle::within(const Triangle& t, const Segment& segment, double margin) {
+  // A segment in the triangle's own plane may pass beside it and yet be inside of each edge with
+  // one of its ends: at least their boxes must come near.
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto [lo, hi] = std::minmax({t.corner[0][axis], t.corner[1][axis], t.corner[2][axis]});
+    if (std::min(segment.from[axis], segment.to[axis]) > hi + margin ||
+        std::max(segment.from[axis], segment.to[axis]) < lo - margin)
+      return false;
+  }
   const double a = dot(t.normal, segment.from - t.corner[0]);
   const double b = dot(t.normal, segment.to - t.corner[0]);
   if ((a > margin && b > margin) || (a < -margin && b < -margin)) return false;
