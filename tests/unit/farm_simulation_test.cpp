@@ -165,6 +165,9 @@ class Simulation {
     return false;
   }
 
+  // Its evaluation says that a witness refutes two certificates.
+  std::optional<CellKey> refuted_cell;
+  std::vector<std::string> warnings() { return desk_->take_warnings(); }
   const ForgetfulLog& log() const { return log_; }
   const BakeWork& work() const { return *work_; }
 
@@ -269,7 +272,8 @@ class Simulation {
       const ParentSet& from = task.parents[cell.parent];
       const VisibleSet parent =
           from.all ? VisibleSet::all(kObjects) : decode_visible_set(from.set, kObjects).value();
-      const ResultRow row = row_of(evaluate(cell.key, parent));
+      ResultRow row = row_of(evaluate(cell.key, parent));
+      if (cell.key == refuted_cell) row.statistics.contradictions = 2;
       result.deltas.push_back(
           {cell.key, row.hidden.size(), row.seen.size(), row.point_triangles, row.statistics});
       for (const Bytes& set : {row.hidden, row.seen})
@@ -350,6 +354,20 @@ TEST(FarmSimulation, the_world_is_worth_simulating) {
       stopped_by_points += reason == LeafReason::kPointOverBudget;
     }
   EXPECT_GT(stopped_by_points, 3);
+}
+
+TEST(FarmSimulation, a_refuted_certificate_is_told_loudly_and_is_no_disagreement) {
+  Simulation simulation(1, {});
+  simulation.refuted_cell = CellKey{3, 1};
+  ASSERT_TRUE(simulation.run());
+  expect_golden(simulation.log());  // the objects stayed visible: the result stands
+  EXPECT_EQ(simulation.work().contradictions(), 2u);
+  EXPECT_EQ(simulation.work().disagreements(), 0u);
+  const std::vector<std::string> warnings = simulation.warnings();
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("A WITNESS REFUTES A CERTIFICATE: cell 3/1, 2 objects"),
+            std::string::npos)
+      << warnings[0];
 }
 
 TEST(FarmSimulation, without_faults) { run_seeds({}, 20); }
