@@ -30,8 +30,7 @@ void PrintTo(const Situation& situation, std::ostream* out) {
 
 // OSMesa draws the same half-planes as the direct rasteriser, ten times as slowly.
 bool is_left_out(const StabilityScene& scene, RasterKind raster) {
-  return raster == RasterKind::kOsmesa && !full() && scene.kind != SceneKind::kTiny &&
-         scene.name != "city";
+  return raster == RasterKind::kOsmesa && !full() && scene.kind != SceneKind::kTiny;
 }
 
 void expect_growth_within(double most, const VisibleSets& base, const VisibleSets& sets) {
