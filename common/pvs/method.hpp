@@ -15,7 +15,7 @@ enum class Method : std::uint8_t {
   kAimedRays = 1,       // witnesses: rays at what is open
   kItemBuffers = 2,     // witnesses: rendered views of what is open
   kProjection = 3,      // prover: extended Projections
-  kFineProjection = 4,  // prover: the same on finer maps and more planes, for what is left open
+  kFineProjection = 4,  // prover: the same on more planes and smaller parts, for what is open
 };
 inline constexpr int kMethodCount = 5;
 
