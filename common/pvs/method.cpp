@@ -2,8 +2,9 @@
 
 namespace pvsfarm {
 namespace {
-constexpr std::array<const char*, kMethodCount> kNames{"look-around", "aimed-rays", "item-buffers",
-                                                       "projection", "fine-projection"};
+constexpr std::array<const char*, kMethodCount> kNames{
+    "look-around", "aimed-rays", "item-buffers", "projection", "fine-projection",
+    "surfaces",    "improved",   "slices",       "sweep"};
 }  // namespace
 
 const char* to_string(Method method) { return kNames[static_cast<std::size_t>(method)]; }

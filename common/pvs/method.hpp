@@ -16,11 +16,15 @@ enum class Method : std::uint8_t {
   kItemBuffers = 2,     // witnesses: rendered views of what is open
   kProjection = 3,      // prover: extended Projections
   kFineProjection = 4,  // prover: the same on more planes and smaller parts, for what is open
+  kSurfaces = 5,        // prover: whole surfaces, fused over their inner edges, as occluders
+  kImproved = 6,        // prover: the improved Projection of occludees before a plane
+  kSlices = 7,          // prover: sections of closed solids with the planes of the others
+  kSweep = 8,           // prover: occlusion sweep, maps re-projected from plane to plane
 };
-inline constexpr int kMethodCount = 5;
+inline constexpr int kMethodCount = 9;
 
 // Names of command lines, statistics and charts: "look-around", "aimed-rays", "item-buffers",
-// "projection", "fine-projection".
+// "projection", "fine-projection", "surfaces", "improved", "slices", "sweep".
 const char* to_string(Method method);
 std::optional<Method> method_named(std::string_view name);
 

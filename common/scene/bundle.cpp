@@ -13,7 +13,7 @@ static_assert(sizeof(Vec3) == 24 && sizeof(Triangle) == 12 && sizeof(ObjectId) =
 
 constexpr char kMagic[8] = {'P', 'V', 'S', 'S', 'C', 'E', 'N', 'E'};
 constexpr std::size_t kAlignment = 16;
-constexpr std::size_t kSectionCount = 8;
+constexpr std::size_t kSectionCount = 12;
 
 struct Preamble {
   char magic[8];
@@ -32,7 +32,7 @@ struct Head {
   std::uint32_t zero;
   std::uint64_t section_bytes[kSectionCount];
 };
-static_assert(sizeof(Head) == 128);
+static_assert(sizeof(Head) == 160);
 
 std::size_t aligned(std::size_t offset) { return (offset + kAlignment - 1) & ~(kAlignment - 1); }
 
@@ -47,6 +47,10 @@ void for_each_section(Parts& parts, Fn&& fn) {
   fn(5, parts.occluder_points);
   fn(6, parts.occluder_owners);
   fn(7, parts.bvh);
+  fn(8, parts.surface_vertices);
+  fn(9, parts.surface_edges);
+  fn(10, parts.surface_triangles);
+  fn(11, parts.surface_components);
 }
 
 Error damaged(const std::string& what) {

@@ -20,7 +20,7 @@
 
 namespace pvsfarm {
 
-inline constexpr std::uint32_t kBundleVersion = 1;
+inline constexpr std::uint32_t kBundleVersion = 2;
 
 // What a bundle holds, as views of memory that somebody else keeps.
 struct BundleParts {
@@ -35,6 +35,10 @@ struct BundleParts {
   std::span<const Vec3> occluder_points;
   std::span<const ObjectId> occluder_owners;
   std::span<const BvhNode> bvh;
+  std::span<const Vec3> surface_vertices;
+  std::span<const SurfaceEdge> surface_edges;
+  std::span<const SurfaceTriangle> surface_triangles;
+  std::span<const SurfaceComponent> surface_components;
 };
 
 std::vector<std::byte> write_bundle(const BundleParts& parts);

@@ -88,6 +88,46 @@ Status check_occluders(const BundleParts& p) {
   return {};
 }
 
+Status check_surface_triangle(const BundleParts& p, const SurfaceComponent& c, std::size_t i) {
+  const SurfaceTriangle& t = p.surface_triangles[i];
+  if (t.one_sided > 1) return broken("surface triangle", i);
+  for (int k = 0; k < 3; ++k) {
+    const bool forward = t.edge[k] >= 0;
+    const auto e = static_cast<std::uint32_t>(forward ? t.edge[k] : ~t.edge[k]);
+    if (e < c.first_edge || e - c.first_edge >= c.edge_count)
+      return broken("surface triangle", i);
+    const SurfaceEdge& edge = p.surface_edges[e];
+    if (edge.vertex[forward ? 0 : 1] != t.vertex[k] ||
+        edge.vertex[forward ? 1 : 0] != t.vertex[(k + 1) % 3] || edge.vertex[0] >= edge.vertex[1])
+      return broken("surface triangle", i);
+  }
+  return {};
+}
+
+Status check_surfaces(const BundleParts& p) {
+  for (std::size_t i = 0; i < p.surface_vertices.size(); ++i)
+    if (!finite(p.surface_vertices[i])) return broken("surface vertex", i);
+  for (std::size_t i = 0; i < p.surface_edges.size(); ++i)
+    if (p.surface_edges[i].vertex[1] >= p.surface_vertices.size() ||
+        p.surface_edges[i].vertex[0] >= p.surface_edges[i].vertex[1])
+      return broken("surface edge", i);
+  std::uint64_t next_triangle = 0, next_edge = 0;
+  for (std::size_t i = 0; i < p.surface_components.size(); ++i) {
+    const SurfaceComponent& c = p.surface_components[i];
+    if (c.first_triangle != next_triangle || c.first_edge != next_edge || !(c.area >= 0) ||
+        !in_range(c.first_triangle, c.triangle_count, p.surface_triangles.size()) ||
+        !in_range(c.first_edge, c.edge_count, p.surface_edges.size()))
+      return broken("surface", i);
+    next_triangle += c.triangle_count;
+    next_edge += c.edge_count;
+    for (std::size_t t = c.first_triangle; t < next_triangle; ++t)
+      if (const Status s = check_surface_triangle(p, c, t); !s.ok()) return s;
+  }
+  if (next_triangle != p.surface_triangles.size() || next_edge != p.surface_edges.size())
+    return broken("surface", p.surface_components.size());
+  return {};
+}
+
 // Children follow their parent, so one backward pass sees every node after its children.
 Status check_bvh(const BundleParts& p) {
   if (p.bvh.empty() || p.bvh[0].first != 0 || p.bvh[0].count != p.objects.size())
@@ -125,6 +165,7 @@ Status check_bundle(const BundleParts& parts) {
   if (parts.triangles.size() > kMaxTriangles) return broken("triangle", kMaxTriangles);
   if (const Status s = check_objects(parts); !s.ok()) return s;
   if (const Status s = check_occluders(parts); !s.ok()) return s;
+  if (const Status s = check_surfaces(parts); !s.ok()) return s;
   return check_bvh(parts);
 }
 

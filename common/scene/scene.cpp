@@ -61,6 +61,10 @@ Status Scene::attach(std::span<const std::byte> bytes) {
   occluder_points_ = parts->occluder_points;
   occluder_owners_ = parts->occluder_owners;
   bvh_ = parts->bvh;
+  surface_vertices_ = parts->surface_vertices;
+  surface_edges_ = parts->surface_edges;
+  surface_triangles_ = parts->surface_triangles;
+  surface_components_ = parts->surface_components;
   bounds_ = parts->bounds;
   ground_ = parts->ground;
   file_up_ = parts->file_up;

@@ -19,6 +19,7 @@
 #include "common/base/result.hpp"
 #include "common/geometry/box.hpp"
 #include "common/scene/scene_source.hpp"
+#include "common/scene/surface.hpp"
 
 namespace pvsfarm {
 
@@ -120,6 +121,11 @@ class Scene {
   }
   std::span<const BvhNode> bvh() const { return bvh_; }  // node 0 is the root
 
+  std::span<const Vec3> surface_vertices() const { return surface_vertices_; }
+  std::span<const SurfaceEdge> surface_edges() const { return surface_edges_; }
+  std::span<const SurfaceTriangle> surface_triangles() const { return surface_triangles_; }
+  std::span<const SurfaceComponent> surface_components() const { return surface_components_; }
+
   const Box& bounds() const { return bounds_; }  // of all geometry
   double ground() const { return ground_; }      // lowest z of any occludee
   UpAxis file_up() const { return file_up_; }
@@ -143,6 +149,10 @@ class Scene {
   std::span<const Vec3> occluder_points_;
   std::span<const ObjectId> occluder_owners_;
   std::span<const BvhNode> bvh_;
+  std::span<const Vec3> surface_vertices_;
+  std::span<const SurfaceEdge> surface_edges_;
+  std::span<const SurfaceTriangle> surface_triangles_;
+  std::span<const SurfaceComponent> surface_components_;
   Box bounds_;
   double ground_ = 0;
   UpAxis file_up_ = UpAxis::kZ;
