@@ -6,6 +6,7 @@
 #include "common/scene/hierarchy.hpp"
 #include "common/scene/mesh.hpp"
 #include "common/scene/occluder_models.hpp"
+#include "common/scene/surface_mesh.hpp"
 
 namespace pvsfarm {
 namespace {
@@ -114,12 +115,15 @@ Result<std::vector<std::byte>> build_bundle(const SceneSource& source) {
 
   // 3. Occluder models.
   OccluderSet set;
+  std::vector<SurfaceInput> opaque;
   for (std::uint32_t id = 0; id < meshes.size(); ++id) {
     const ObjectRecord& object = sections.objects[id];
-    if (object.occluder && !object.dynamic)
-      model_object(meshes[id], ObjectId{id}, object.two_sided, sections.ground, set);
+    if (!object.occluder || object.dynamic) continue;
+    model_object(meshes[id], ObjectId{id}, object.two_sided, sections.ground, set);
+    opaque.push_back({&meshes[id], object.two_sided != 0});
   }
   model_box_runs(sections.ground, set);
+  const SurfaceMesh surfaces = make_surfaces(opaque);
 
   // 4. Hierarchy, and all of it as bytes.
   const std::vector<BvhNode> bvh = build_bvh(sections.objects, order.morton);
@@ -133,7 +137,11 @@ Result<std::vector<std::byte>> build_bundle(const SceneSource& source) {
                        .occluders = set.occluders,
                        .occluder_points = set.points,
                        .occluder_owners = set.owners,
-                       .bvh = bvh});
+                       .bvh = bvh,
+                       .surface_vertices = surfaces.vertices,
+                       .surface_edges = surfaces.edges,
+                       .surface_triangles = surfaces.triangles,
+                       .surface_components = surfaces.components});
 }
 
 Result<std::shared_ptr<const Scene>> build_scene(const SceneSource& source) {
