@@ -61,4 +61,51 @@ double kernel_px(const Spacing& s, double apart) {
   return s.cell_width * apart / s.distance / (s.plane_width / s.resolution_px);
 }
 
+namespace {
+
+// Half the side, along one axis, of the rectangle on the front face's plane that every ray from the
+// cell to [-reach, reach] at distance `far` crosses.
+double equivalent_half(double half, double reach, double depth, double far) {
+  return std::max(half, half + (reach - half) * depth / (far + depth));
+}
+
+}  // namespace
+
+std::optional<OcclusionMap> convolve(const OcclusionMap& from, int kernel_px) {
+  const ProjectionPlane& near = from.plane();
+  const int n = near.resolution_px;
+  // The wider of the two axes' kernels says how far; the equivalent cell grows with the plane, so
+  // the distance is found by bisection.
+  const auto kernel = [&](double far) {
+    const double scale = far / near.distance;
+    const double x = equivalent_half(near.hu, -near.x0 * scale, 2 * near.hw, far);
+    const double y = equivalent_half(near.hv, -near.y0 * scale, 2 * near.hw, far);
+    const double apart = (far - near.distance) / far;  // on the first plane
+    return std::max(2 * x * apart / near.px, 2 * y * apart / near.py);
+  };
+  double lo = near.distance, hi = 100 * near.distance;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (lo + hi);
+    (kernel(middle) < kernel_px - 1 - 1e-6 ? lo : hi) = middle;
+  }
+  if (!(lo > near.distance)) return std::nullopt;
+  ProjectionPlane far = near;
+  far.distance = lo;
+  for (double* v : {&far.x0, &far.y0, &far.px, &far.py}) *v *= lo / near.distance;
+  OcclusionMap to;
+  to.reset(far);
+  const int reach = kernel_px / 2;
+  for (int j = reach; j + reach < n; ++j)
+    for (int i = reach; i + reach < n; ++i) {
+      float deepest = -kUncovered;
+      for (int v = j - reach; v <= j + reach; ++v)
+        for (int u = i - reach; u <= i + reach; ++u)
+          deepest = std::max(deepest, from.base()[v * n + u]);
+      if (deepest == kUncovered) continue;
+      to.base()[j * n + i] =
+          float_not_below(static_cast<double>(deepest) + near.distance - lo + 1e-9);
+    }
+  return to;
+}
+
 }  // namespace pvsfarm::reference

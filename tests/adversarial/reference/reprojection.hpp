@@ -4,6 +4,8 @@
 // plane's, which is wrong for occluders behind it, and the spacing lacks the resolution.
 #pragma once
 
+#include <optional>
+
 #include "worker/visibility/occlusion_map.hpp"
 
 namespace pvsfarm::reference {
@@ -30,5 +32,12 @@ double spacing(const Spacing& s);
 double spacing_as_printed(const Spacing& s);  // proceedings version
 // The kernel on the second plane, in pixels, for planes `apart`.
 double kernel_px(const Spacing& s, double apart);
+
+// The papers' form: the covered pixels of `from` eroded by a kernel of kernel_px x kernel_px, the
+// inverse image of the equivalent cell, a flat rectangle before the cell that every ray crosses.
+// The plane is as far out as that kernel allows, its grid that of `from` scaled from the cell;
+// depths are kept. None: the kernel allows no farther plane.
+// Requires: `from` symmetric about the cell's axis; kernel_px odd.
+std::optional<OcclusionMap> convolve(const OcclusionMap& from, int kernel_px);
 
 }  // namespace pvsfarm::reference
