@@ -1,4 +1,4 @@
-// Whether three points lie on one line, decided without rounding.
+// Whether points lie on one line, in one plane, or turn left, decided without rounding.
 //
 // Source: Shewchuk 1997, Adaptive Precision Floating-Point Arithmetic: a filter, and where it
 // cannot tell, the determinant as an exact sum of doubles.
@@ -15,5 +15,12 @@ bool is_collinear(const Vec3& a, const Vec3& b, const Vec3& c);
 
 // True only if `p` lies on the line between `a` and `b` and is neither: as exact as above.
 bool is_inside_edge(const Vec3& p, const Vec3& a, const Vec3& b);
+
+// True only if the points lie in one plane: as exact as above. Requires: coordinates below 1e100.
+bool is_coplanar(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
+
+// 1 if a, b, c turn left as seen along -`axis` (0: x, with y to the right), -1 if they turn right;
+// 0 if they are in line or it cannot be told: as exact as above.
+int turn(const Vec3& a, const Vec3& b, const Vec3& c, int axis);
 
 }  // namespace pvsfarm

@@ -38,15 +38,17 @@ PointTree::PointTree(const std::vector<Vec3>& positions, std::vector<std::uint32
   slack_ = kRounding * largest;
 }
 
-PointTree::Segment::Segment(const Vec3& a, const Vec3& b, double room)
-    : middle((a + b) * 0.5), half((b - a) * 0.5), slack(room) {
+PointTree::Segment::Segment(const Vec3& a, const Vec3& b, double room_about, double slack)
+    : middle((a + b) * 0.5), half((b - a) * 0.5), room(room_about + slack) {
   box.add(a);
   box.add(b);
+  box.lo -= Vec3(room_about);
+  box.hi += Vec3(room_about);
 }
 
 bool PointTree::Segment::may_meet(const Box& other) const {
   if (!box.meets(other)) return false;
-  const Vec3 extent = other.size() * 0.5 + Vec3(slack), offset = other.center() - middle;
+  const Vec3 extent = other.size() * 0.5 + Vec3(room), offset = other.center() - middle;
   const auto overlaps = [&](int u, int v) {
     const double reach = extent[u] * std::abs(half[v]) + extent[v] * std::abs(half[u]);
     return std::abs(offset[u] * half[v] - offset[v] * half[u]) <= reach * (1 + 0x1p-40);

@@ -13,11 +13,12 @@ class PointTree {
   // `members`: indices into `positions`, which must outlive the tree.
   PointTree(const std::vector<Vec3>& positions, std::vector<std::uint32_t> members);
 
-  // fn(index) for every member exactly on the segment, and for some that are near it.
+  // fn(index) for every member within `room` of the segment, and for some that are not. With no
+  // room: for every member exactly on it.
   template <class Fn>
-  void for_each_near_segment(const Vec3& a, const Vec3& b, Fn&& fn) const {
+  void for_each_near_segment(const Vec3& a, const Vec3& b, double room, Fn&& fn) const {
     if (nodes_.empty()) return;
-    const Segment segment(a, b, slack_);
+    const Segment segment(a, b, room, slack_);
     std::uint32_t stack[kMaxDepth + 1];
     int depth = 0;
     stack[depth++] = 0;
@@ -43,11 +44,11 @@ class PointTree {
   };
   // Separating axes of segment and box, with room for rounding.
   struct Segment {
-    Segment(const Vec3& a, const Vec3& b, double slack);
+    Segment(const Vec3& a, const Vec3& b, double room, double slack);
     bool may_meet(const Box& other) const;
     Box box;
     Vec3 middle, half;  // half: from the middle to `b`
-    double slack;
+    double room;
   };
 
   const std::vector<Vec3>& positions_;

@@ -6,6 +6,7 @@
 #include "common/scene/convex_solid.hpp"
 #include "common/scene/surface_parts.hpp"
 #include "common/scene/surface_splits.hpp"
+#include "common/scene/surface_tears.hpp"
 
 namespace pvsfarm {
 namespace {
@@ -137,6 +138,7 @@ SurfaceMesh make_surfaces(std::span<const SurfaceInput> inputs) {
 
   // 2. Divide edges where somebody's vertex lies on them.
   split_edges_at_vertices(mesh);
+  close_overlapping_tears(mesh);
 
   // 3. What hangs together, and is worth it.
   const std::vector<EdgeUse> uses = sorted_edge_uses(mesh.sheets);

@@ -18,22 +18,10 @@ struct Split {
   std::uint32_t vertex;
 };
 
-std::vector<std::uint32_t> ends_of_open_edges(const std::vector<EdgeUse>& uses) {
-  std::vector<std::uint32_t> ends;
-  for_each_edge(uses, [&](std::size_t first, std::size_t last) {
-    if ((last - first) % 2 == 0) return;
-    ends.push_back(uses[first].low());
-    ends.push_back(uses[first].high());
-  });
-  std::sort(ends.begin(), ends.end());
-  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
-  return ends;
-}
-
 // By edge, along each. Exactly collinear points differ by as much on the edge's longest axis as
 // doubles can tell, so that coordinate orders them.
 std::vector<Split> find_splits(const SheetMesh& mesh, const std::vector<EdgeUse>& uses) {
-  const PointTree tree(mesh.vertices, ends_of_open_edges(uses));
+  const PointTree tree(mesh.vertices, ends_of_edges(open_edges(uses)));
   std::vector<Split> splits;
   for_each_edge(uses, [&](std::size_t first, std::size_t) {
     if (splits.size() > kMaxSplitsPerTriangle * mesh.sheets.size()) return;
@@ -41,7 +29,7 @@ std::vector<Split> find_splits(const SheetMesh& mesh, const std::vector<EdgeUse>
     const Vec3 d(std::abs(b.x - a.x), std::abs(b.y - a.y), std::abs(b.z - a.z));
     const int axis = d.x >= d.y && d.x >= d.z ? 0 : (d.y >= d.z ? 1 : 2);
     const double sign = b[axis] > a[axis] ? 1 : -1;
-    tree.for_each_near_segment(a, b, [&](std::uint32_t v) {
+    tree.for_each_near_segment(a, b, 0, [&](std::uint32_t v) {
       const Vec3& p = mesh.vertices[v];
       if (is_inside_edge(p, a, b)) splits.push_back({uses[first].edge, sign * p[axis], v});
     });
@@ -76,7 +64,7 @@ class Divider {
 
  private:
   std::vector<std::uint32_t> points_along(std::uint32_t a, std::uint32_t b) const {
-    const std::uint64_t edge = edge_key(std::min(a, b), std::max(a, b));
+    const std::uint64_t edge = edge_key(a, b);
     auto at = std::lower_bound(splits_.begin(), splits_.end(), edge,
                                [](const Split& s, std::uint64_t key) { return s.edge < key; });
     std::vector<std::uint32_t> points;
@@ -117,6 +105,25 @@ std::vector<EdgeUse> sorted_edge_uses(const std::vector<Sheet>& sheets) {
     return std::tie(a.edge, a.sheet) < std::tie(b.edge, b.sheet);
   });
   return uses;
+}
+
+std::vector<std::uint64_t> open_edges(const std::vector<EdgeUse>& uses) {
+  std::vector<std::uint64_t> edges;
+  for_each_edge(uses, [&](std::size_t first, std::size_t last) {
+    if ((last - first) % 2 != 0) edges.push_back(uses[first].edge);
+  });
+  return edges;
+}
+
+std::vector<std::uint32_t> ends_of_edges(const std::vector<std::uint64_t>& edges) {
+  std::vector<std::uint32_t> ends;
+  for (const std::uint64_t edge : edges) {
+    ends.push_back(static_cast<std::uint32_t>(edge >> 32));
+    ends.push_back(static_cast<std::uint32_t>(edge));
+  }
+  std::sort(ends.begin(), ends.end());
+  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
+  return ends;
 }
 
 void split_edges_at_vertices(SheetMesh& mesh) {

@@ -15,8 +15,8 @@ struct EdgeUse {
   std::uint32_t high() const { return static_cast<std::uint32_t>(edge); }
 };
 
-inline std::uint64_t edge_key(std::uint32_t low, std::uint32_t high) {
-  return std::uint64_t{low} << 32 | high;
+inline std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
+  return a < b ? std::uint64_t{a} << 32 | b : std::uint64_t{b} << 32 | a;
 }
 
 // Three for each sheet, by edge, then by sheet.
@@ -31,6 +31,10 @@ void for_each_edge(const std::vector<EdgeUse>& uses, Fn&& fn) {
     fn(i, end);
   }
 }
+
+// Edges with an odd number of triangles, ascending, and the vertices at the ends of edges.
+std::vector<std::uint64_t> open_edges(const std::vector<EdgeUse>& uses);
+std::vector<std::uint32_t> ends_of_edges(const std::vector<std::uint64_t>& edges);
 
 // The same matter, divided. Vertices that end no edge with an odd number of triangles divide
 // nothing: where they lie, nothing is open.

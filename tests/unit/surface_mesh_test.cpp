@@ -274,6 +274,75 @@ int sides_at(const std::vector<std::array<Vec3, 4>>& faces, const Vec3& p) {
   return sides;
 }
 
+// A floor whose long edge from (0, 0) to (4, 0) has the neighbours' vertex beside it.
+std::shared_ptr<const Scene> floor_with_neighbours(double y, bool two_sided = true) {
+  const Vec3 v(1, y, 0), far(2, -3, 0);
+  SourceObject floor = triangles_object("floor", {{Vec3(0), Vec3(4, 0, 0), Vec3(2, 3, 0)}});
+  floor.two_sided = two_sided;
+  return scene_of(
+      {floor, triangles_object("others", {{Vec3(0), far, v}, {v, far, Vec3(4, 0, 0)}})});
+}
+
+TEST(SurfaceMesh, WhereATearOverlapsTheSliverIsLost) {
+  const double tear = 0x1p-20;
+  const auto scene = floor_with_neighbours(tear);
+  ASSERT_EQ(scene->surface_components().size(), 1u);
+  EXPECT_EQ(scene->surface_triangles().size(), 4u);
+  EXPECT_EQ(edges_with(*scene, 1), 4);
+  EXPECT_DOUBLE_EQ(total_area(*scene), 6 - 2 * tear + 6 + 2 * tear);
+  int up = 0;
+  const auto one_sided = floor_with_neighbours(tear, false);
+  for (const SurfaceTriangle& t : one_sided->surface_triangles())
+    if (t.one_sided) up += area_of(*one_sided, t).z > 0 ? 1 : 100;
+  EXPECT_EQ(up, 2);
+}
+
+TEST(SurfaceMesh, WhereATearGapesOrIsWideItStays) {
+  for (const double y : {-0x1p-20, -1e-12, 0.01}) {
+    const auto scene = floor_with_neighbours(y);
+    EXPECT_EQ(scene->surface_triangles().size(), 3u) << y;
+    EXPECT_EQ(scene->surface_components().size(), 2u) << y;
+  }
+}
+
+TEST(SurfaceMesh, ATearOutOfThePlaneStays) {
+  const Vec3 v(1, 0x1p-20, 0x1p-40), far(2, -3, 0);
+  const auto scene =
+      scene_of({triangles_object("floor", {{Vec3(0), Vec3(4, 0, 0), Vec3(2, 3, 0)}}),
+                triangles_object("others", {{Vec3(0), far, v}, {v, far, Vec3(4, 0, 0)}})});
+  EXPECT_EQ(scene->surface_triangles().size(), 3u);
+}
+
+TEST(SurfaceMesh, MendingTearsNeverAddsMatter) {
+  Random random(11);
+  int mended = 0;
+  for (int round = 0; round < 60; ++round) {
+    // A strip of triangles with vertices on one line, and a floor along it; off by one step or two.
+    const auto jitter = [&random] { return (static_cast<double>(random.below(5)) - 2) * 0x1p-20; };
+    const Vec3 a(0, 0, 0), b(8, 0, 0), c(3, 4, 0);
+    std::vector<std::array<Vec3, 3>> strip;
+    Vec3 last = a;
+    for (int i = 1; i <= 5; ++i) {
+      const Vec3 next = i == 5 ? b : Vec3(1.5 * i, jitter(), 0);
+      strip.push_back({last, Vec3(4, -3, 0), next});
+      last = next;
+    }
+    const auto scene =
+        scene_of({triangles_object("floor", {{a, b, c}}), triangles_object("strip", strip)});
+    mended += scene->surface_triangles().size() > 6;
+    for (const SurfaceTriangle& t : scene->surface_triangles()) {
+      const auto at = [&](int k) { return scene->surface_vertices()[t.vertex[k]]; };
+      if (at(0).y < 0 || at(1).y < 0 || at(2).y < 0) continue;  // of the strip, mostly
+      for (int k = 0; k < 3; ++k) {
+        EXPECT_GE(turn(a, b, at(k), 2), 0);
+        EXPECT_GE(turn(b, c, at(k), 2), 0);
+        EXPECT_GE(turn(c, a, at(k), 2), 0);
+      }
+    }
+  }
+  EXPECT_GT(mended, 30);
+}
+
 TEST(SurfaceMesh, DividingNeitherAddsNorLosesMatter) {
   Random random(7);
   for (int round = 0; round < 60; ++round) {
