@@ -19,7 +19,8 @@ constexpr std::uint32_t kMaxSolidSheets = 2 * kMaxSolidPoints - 4;
 std::vector<std::uint32_t> choose_parts(const std::vector<SurfacePart>& parts) {
   std::vector<std::uint32_t> order;
   for (std::uint32_t p = 0; p < parts.size(); ++p)
-    if (!parts[p].is_convex || parts[p].sheets > kMaxSolidSheets) order.push_back(p);
+    if (parts[p].sheets > 1 && (!parts[p].is_convex || parts[p].sheets > kMaxSolidSheets))
+      order.push_back(p);
   std::sort(order.begin(), order.end(), [&](std::uint32_t p, std::uint32_t q) {
     const double area_of_p = parts[p].area / parts[p].sheets;
     const double area_of_q = parts[q].area / parts[q].sheets;
@@ -33,6 +34,21 @@ std::vector<std::uint32_t> choose_parts(const std::vector<SurfacePart>& parts) {
   std::vector<std::uint32_t> number(parts.size(), kNone);
   for (std::uint32_t k = 0; k < order.size(); ++k) number[order[k]] = k;
   return number;
+}
+
+// Triangles that share no edge cost as much to look after as a building, and are most often leaves.
+void drop_loners_of_a_forest(SheetMesh& mesh) {
+  std::vector<std::uint8_t> is_alone(mesh.sheets.size(), 1);
+  const std::vector<EdgeUse> uses = sorted_edge_uses(mesh.sheets);
+  for_each_edge(uses, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last && last - first > 1; ++i) is_alone[uses[i].sheet] = 0;
+  });
+  const auto count = std::count(is_alone.begin(), is_alone.end(), 1);
+  if (static_cast<std::size_t>(count) <= kMaxLoneTriangles) return;
+  std::size_t kept = 0;
+  for (std::size_t s = 0; s < mesh.sheets.size(); ++s)
+    if (is_alone[s] == 0) mesh.sheets[kept++] = mesh.sheets[s];
+  mesh.sheets.resize(kept);
 }
 
 // Fills the records part by part, in the order of the sheets.
@@ -135,6 +151,7 @@ class RecordWriter {
 SurfaceMesh make_surfaces(std::span<const SurfaceInput> inputs) {
   // 1. Join what is equal.
   SheetMesh mesh = weld_surfaces(inputs);
+  drop_loners_of_a_forest(mesh);
 
   // 2. Divide edges where somebody's vertex lies on them.
   split_edges_at_vertices(mesh);

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "common/geometry/collinear.hpp"
+#include "common/scene/surface_splits.hpp"
 #include "tests/unit/scene_shapes.hpp"
 
 namespace pvsfarm {
@@ -136,8 +137,8 @@ TEST(SurfaceMesh, FarFromTheOriginAnEdgeIsJudgedExactly) {
     const Vec3& p = exact ? on : off;
     const auto scene = scene_of({triangles_object("one", {{a, b, a + Vec3(1, 1, 5)}}),
                                  triangles_object("two", {{b, p, a + Vec3(1, -1, -5)}})});
-    EXPECT_EQ(scene->surface_triangles().size(), exact ? 3u : 2u);
-    EXPECT_EQ(scene->surface_components().size(), exact ? 1u : 2u);
+    EXPECT_EQ(scene->surface_triangles().size(), exact ? 3u : 0u);
+    EXPECT_EQ(scene->surface_components().size(), exact ? 1u : 0u);
   }
 }
 
@@ -171,17 +172,31 @@ TEST(SurfaceMesh, TwoRoomsInTwoObjectsShareTheirWallWithADoor) {
 }
 
 TEST(SurfaceMesh, TheSameTriangleTwiceIsOne) {
-  const SourceObject one = triangles_object("one", {{Vec3(0), Vec3(1, 0, 0), Vec3(0, 1, 0)}});
+  const SourceObject one = quads_object("one", {wall(0, 1, 0, 0, 1)});
   SourceObject front = one;
   front.two_sided = false;
   SourceObject back = front;
-  std::swap(back.triangles[0][0], back.triangles[0][1]);
-  EXPECT_EQ(scene_of({one, one})->surface_triangles().size(), 1u);
+  for (auto& t : back.triangles) std::swap(t[0], t[1]);
+  EXPECT_EQ(scene_of({one, one})->surface_triangles().size(), 2u);
   EXPECT_EQ(scene_of({front})->surface_triangles()[0].one_sided, 1u);
   EXPECT_EQ(scene_of({one})->surface_triangles()[0].one_sided, 0u);
   EXPECT_EQ(scene_of({front, one})->surface_triangles()[0].one_sided, 0u);
   EXPECT_EQ(scene_of({front, back})->surface_triangles()[0].one_sided, 0u);
+  EXPECT_EQ(scene_of({front, back})->surface_triangles().size(), 2u);
   EXPECT_EQ(scene_of({front, front})->surface_triangles()[0].one_sided, 1u);
+}
+
+TEST(SurfaceMesh, LeavesOfATreeAreLeftOut) {
+  Random random(5);
+  std::vector<std::array<Vec3, 3>> leaves;
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3 p(random.between(0, 4), random.between(0, 4), random.between(2, 9));
+    leaves.push_back({p, p + Vec3(0.1, 0, random.unit()), p + Vec3(0, 0.1, random.unit())});
+  }
+  const auto scene = scene_of({triangles_object("leaves", leaves),
+                               prism_object("trunk", regular_ring(9, 0.2, {2, 2}), 0, 3)});
+  EXPECT_TRUE(scene->surface_components().empty());
+  EXPECT_TRUE(scene->surface_vertices().empty());
 }
 
 TEST(SurfaceMesh, AOneSidedTriangleKeepsItsFrontWhenDivided) {
@@ -300,8 +315,7 @@ TEST(SurfaceMesh, WhereATearOverlapsTheSliverIsLost) {
 TEST(SurfaceMesh, WhereATearGapesOrIsWideItStays) {
   for (const double y : {-0x1p-20, -1e-12, 0.01}) {
     const auto scene = floor_with_neighbours(y);
-    EXPECT_EQ(scene->surface_triangles().size(), 3u) << y;
-    EXPECT_EQ(scene->surface_components().size(), 2u) << y;
+    EXPECT_EQ(scene->surface_triangles().size(), 2u) << y;  // the neighbours: the floor is alone
   }
 }
 
@@ -310,7 +324,7 @@ TEST(SurfaceMesh, ATearOutOfThePlaneStays) {
   const auto scene =
       scene_of({triangles_object("floor", {{Vec3(0), Vec3(4, 0, 0), Vec3(2, 3, 0)}}),
                 triangles_object("others", {{Vec3(0), far, v}, {v, far, Vec3(4, 0, 0)}})});
-  EXPECT_EQ(scene->surface_triangles().size(), 3u);
+  EXPECT_EQ(scene->surface_triangles().size(), 2u);
 }
 
 TEST(SurfaceMesh, MendingTearsNeverAddsMatter) {
@@ -355,10 +369,18 @@ TEST(SurfaceMesh, DividingNeitherAddsNorLosesMatter) {
         if (cross(b - a, c - a) != Vec3(0.0))
           before.push_back({a * 60.0, b * 60.0, c * 60.0, Vec3(object.two_sided ? 0 : 1)});
       }
-    const auto scene = scene_of(objects);
-    for (const SurfaceTriangle& t : scene->surface_triangles()) {
-      const auto at = [&](int k) { return scene->surface_vertices()[t.vertex[k]] * 60.0; };
-      after.push_back({at(0), at(1), at(2), Vec3(t.one_sided)});
+    std::vector<Mesh> meshes;
+    std::vector<SurfaceInput> inputs;
+    for (const SourceObject& object : objects) meshes.push_back(weld(object));
+    for (std::size_t i = 0; i < objects.size(); ++i)
+      inputs.push_back({&meshes[i], objects[i].two_sided});
+    SheetMesh mesh = weld_surfaces(inputs);
+    split_edges_at_vertices(mesh);
+    for (const Sheet& sheet : mesh.sheets) {
+      const auto at = [&](int k) { return mesh.vertices[sheet.v[k]] * 60.0; };
+      const bool ascending = (sheet.sides & Sheet::kAscending) != 0;
+      after.push_back({at(0), at(ascending ? 1 : 2), at(ascending ? 2 : 1),
+                       Vec3(sheet.sides == Sheet::kBoth ? 0 : 1)});
     }
     // Points of the plane of each face, most of them within it.
     for (const auto& [a, b, c, mark] : before)
