@@ -36,6 +36,11 @@ ProjectionEffort finer(ProjectionEffort effort) {
   return effort;
 }
 
+ProjectionEffort with_surfaces(ProjectionEffort effort) {
+  effort.surfaces = true;
+  return effort;
+}
+
 // The cell's own stream of random numbers, whoever evaluates it and when.
 std::uint64_t seed_of(const CellKey& key) {
   Random mixed(key.path ^ (static_cast<std::uint64_t>(key.root) << 32));
@@ -58,6 +63,9 @@ struct Evaluator::State {
       projection = std::make_unique<ProjectionProver>(*scene, ranking, effort_of(settings));
     if (settings.methods.has(Method::kFineProjection))
       fine = std::make_unique<ProjectionProver>(*scene, ranking, finer(effort_of(settings)));
+    if (settings.methods.has(Method::kSurfaces))
+      surfaces = std::make_unique<ProjectionProver>(*scene, ranking,
+                                                    with_surfaces(finer(effort_of(settings))));
     if (wants_witnesses(settings)) sampler = std::make_unique<Sampler>(scene);
     if (sampler && settings.methods.has(Method::kItemBuffers))
       views = std::make_unique<ItemViews>(scene, settings.item_buffer_px);
@@ -76,7 +84,7 @@ struct Evaluator::State {
   CpuClock clock;
   OccluderRanking ranking;
   VisibleSet nothing;
-  std::unique_ptr<ProjectionProver> projection, fine;
+  std::unique_ptr<ProjectionProver> projection, fine, surfaces;
   std::unique_ptr<Sampler> sampler;
   std::unique_ptr<ItemViews> views;
   std::uint64_t rays_left = 0;
@@ -176,6 +184,8 @@ CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const Visibl
   // 3. Escalation, while the gap is too large.
   if (s.fine && cascade.goes_on())
     s.prove(*s.fine, Method::kFineProjection, cell, cascade, evidence);
+  if (s.surfaces && cascade.goes_on())
+    s.prove(*s.surfaces, Method::kSurfaces, cell, cascade, evidence);
   while (aims && cascade.goes_on() && s.aim(cascade, kSecondRays)) {
   }
 

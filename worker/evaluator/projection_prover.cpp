@@ -18,7 +18,7 @@ constexpr std::size_t kMostOccluders = 4096;  // projected in all
 
 ProjectionProver::ProjectionProver(const Scene& scene, const OccluderRanking& ranking,
                                    const ProjectionEffort& effort)
-    : scene_(scene), ranking_(ranking), effort_(effort) {
+    : scene_(scene), ranking_(ranking), effort_(effort), chain_builder_(scene) {
   PVS_CHECK(effort.resolution_px >= 16 && effort.resolution_px <= kMaxResolutionPx);
   PVS_CHECK(effort.planes_per_face >= 1 && effort.planes_per_face <= kMaxMaps / 6);
   if (effort.raster == RasterKind::kOsmesa)
@@ -44,6 +44,17 @@ void ProjectionProver::project_from(const CellFrame& frame, std::size_t from,
     if (coverages_.coverages.empty() && from > 0) continue;
     rasteriser_->draw(coverages_, map);
     map.build_pyramids();
+  }
+}
+
+// Surfaces need no ranking: what is not met in a square of a map costs nothing there.
+void ProjectionProver::draw_surfaces(const Cell& cell, const CellFrame& frame,
+                                     CellStatistics& statistics) {
+  chain_builder_.build(cell, frame, {.near_m = effort_.near_m}, chain_);
+  if (chain_.triangles.empty()) return;
+  for (std::size_t m = 0; m < map_count_; ++m) {
+    statistics.projections += cover_.draw(chain_, frame, maps_[m]);
+    maps_[m].build_pyramids();
   }
 }
 
@@ -104,6 +115,7 @@ void ProjectionProver::run(const Cell& cell, VisibleSet& visible, VisibleSet& op
     else
       ++statistics.occluders_skipped;
   project_from(frame, drawn, statistics);
+  if (effort_.surfaces) draw_surfaces(cell, frame, statistics);
   test.run(open, effort_.splits);
   note(hidden);
   statistics.box_tests += test.box_tests();

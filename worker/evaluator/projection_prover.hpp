@@ -12,6 +12,8 @@
 #include "worker/evaluator/occludee_hierarchy.hpp"
 #include "worker/visibility/occluder_ranking.hpp"
 #include "worker/visibility/rasteriser.hpp"
+#include "worker/visibility/surface_chain.hpp"
+#include "worker/visibility/surface_cover.hpp"
 
 namespace pvsfarm {
 
@@ -22,7 +24,8 @@ struct ProjectionEffort {
   int planes_per_face = 6;
   double extent = 1.1;
   double near_m = 0;
-  int splits = 3;  // Rule S: an occludee's box is halved so often in a row
+  int splits = 3;         // Rule S: an occludee's box is halved so often in a row
+  bool surfaces = false;  // whole surfaces occlude too, beside the convex pieces
 };
 
 // Threads: one object, one thread.
@@ -45,6 +48,7 @@ class ProjectionProver {
 
  private:
   void project_from(const CellFrame& frame, std::size_t from, CellStatistics& statistics);
+  void draw_surfaces(const Cell& cell, const CellFrame& frame, CellStatistics& statistics);
 
   const Scene& scene_;
   const OccluderRanking& ranking_;
@@ -56,6 +60,9 @@ class ProjectionProver {
   std::vector<OcclusionMap> maps_;
   std::size_t map_count_ = 0;
   CoverageList coverages_;
+  SurfaceChainBuilder chain_builder_;
+  SurfaceChain chain_;
+  SurfaceCover cover_;
 };
 
 }  // namespace pvsfarm

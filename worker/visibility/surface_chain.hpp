@@ -1,0 +1,72 @@
+// The triangles of the scene's surfaces that one cell sees from one side only, oriented towards it,
+// and what bounds them: edges where they do not cancel.
+//
+// Source: docs/algorithm.md A.14. A segment that leaves the cell crosses all of these triangles in
+// the same direction, so what it crosses of any part of them can be counted, and the count does not
+// change while neither its end nor the border of that part is met.
+// Any part of the triangles is as good as all of them: leaving one out only adds border.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/cells/cell.hpp"
+#include "common/scene/scene.hpp"
+#include "worker/visibility/cell_frame.hpp"
+
+namespace pvsfarm {
+
+struct ChainTriangle {
+  std::uint32_t vertex[3];  // counter-clockwise seen from the cell
+  std::uint32_t edge[3];    // into SurfaceChain::edges; from vertex[k] to vertex[(k + 1) % 3]
+};
+
+struct ChainEdge {
+  std::uint32_t vertex[2];
+  // How many triangles run along it, less those that run against it. 0: the chain goes on here.
+  std::int32_t coefficient = 0;
+};
+
+struct SurfaceChain {
+  std::vector<Vec3> vertices;  // local frame
+  // Bit 2 a: at or below the cell's low face of axis a; bit 2 a + 1: at or above the high one.
+  // Exact for aligned cells, else beyond doubt.
+  std::vector<std::uint8_t> beyond;
+  std::vector<ChainTriangle> triangles;
+  std::vector<ChainEdge> edges;
+  void clear() {
+    vertices.clear();
+    beyond.clear();
+    triangles.clear();
+    edges.clear();
+  }
+};
+
+struct ChainRequest {
+  double near_m = 0;                      // matter nearer to the cell than this is left out
+  std::size_t most_triangles = 1u << 17;  // the components that look largest, up to so many
+};
+
+// Threads: one object, one thread. Keeps scratch memory from cell to cell.
+class SurfaceChainBuilder {
+ public:
+  explicit SurfaceChainBuilder(const Scene& scene) : scene_(scene) {}
+  void build(const Cell& cell, const CellFrame& frame, const ChainRequest& request,
+             SurfaceChain& chain);
+
+ private:
+  void choose_components(const CellFrame& frame, std::size_t most_triangles);
+  void add_component(const SurfaceComponent& component, const Cell& cell, const CellFrame& frame,
+                     double near_m, SurfaceChain& chain);
+  std::uint32_t chain_vertex(std::uint32_t vertex, const Cell& cell, const CellFrame& frame,
+                             SurfaceChain& chain);
+  std::uint32_t chain_edge(std::uint32_t edge, const Cell& cell, const CellFrame& frame,
+                           SurfaceChain& chain);
+
+  const Scene& scene_;
+  std::vector<std::uint32_t> vertex_of_, edge_of_;  // of the scene's, where it is in the chain
+  std::vector<std::uint32_t> used_vertices_, used_edges_;
+  std::vector<std::uint32_t> components_;
+};
+
+}  // namespace pvsfarm

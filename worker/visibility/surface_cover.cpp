@@ -1,0 +1,232 @@
+#include "worker/visibility/surface_cover.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "common/geometry/rounding.hpp"
+
+namespace pvsfarm {
+namespace {
+
+constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+// Where in a square its ray goes, and from where in the cell. Scenes and maps are symmetric: odd
+// places are seldom on an edge.
+constexpr double kSampleX = 0.4377, kSampleY = 0.5613;
+constexpr double kEyeX = 0.137, kEyeY = -0.211, kEyeZ = 0.173;  // in half extents
+
+double size_of(const Vec3& p) { return std::abs(p.x) + std::abs(p.y) + std::abs(p.z); }
+
+unsigned beyond_on_plane(unsigned beyond, const ProjectionPlane& plane) {
+  return ((beyond >> (2 * plane.face.u())) & 3) | ((beyond >> (2 * plane.face.v())) & 3) << 2;
+}
+
+}  // namespace
+
+void SurfaceCover::prepare(const SurfaceChain& chain, const CellFrame& frame,
+                           const ProjectionPlane& plane) {
+  chain_ = &chain;
+  squares_ = 0;
+  const double hu = plane.hu, hv = plane.hv, hw = plane.hw;
+  eye_ = {kEyeX * hu, kEyeY * hv, -plane.distance - hw + kEyeZ * hw};
+  double largest = 0;
+  vertices_.resize(chain.vertices.size());
+  for (std::size_t i = 0; i < vertices_.size(); ++i) {
+    const Vec3 p = vertices_[i] = plane.plane_from_local(chain.vertices[i]);
+    largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+  }
+  scale_ = frame.offset_scale() + largest + hu + hv + 2 * hw + plane.distance;
+  const ShadowMaker maker(plane, frame.offset_scale(), largest);
+  edge_stack_.clear();
+  triangle_stack_.clear();
+  prepare_edges(chain, plane, maker);
+  prepare_triangles(chain, maker);
+}
+
+void SurfaceCover::prepare_edges(const SurfaceChain& chain, const ProjectionPlane& plane,
+                                 const ShadowMaker& maker) {
+  const Vec2 middle{(plane.x0 + plane.x1()) / 2, (plane.y0 + plane.y1()) / 2};
+  const Vec2 half{plane.x1() - middle.x, plane.y1() - middle.y};
+  edge_shadows_.resize(chain.edges.size());
+  met_in_.assign(chain.edges.size(), 0);
+  first_at_.resize(chain.edges.size());
+  for (std::uint32_t e = 0; e < chain.edges.size(); ++e) {
+    const ChainEdge& edge = chain.edges[e];
+    const unsigned beyond = chain.beyond[edge.vertex[0]] & chain.beyond[edge.vertex[1]];
+    edge_shadows_[e] = maker.of_edge(vertices_[edge.vertex[0]], vertices_[edge.vertex[1]],
+                                     beyond_on_plane(beyond, plane));
+    // A little more than the map, so that no rounding of a square's middle matters.
+    if (edge_shadows_[e].empty() ||
+        !edge_shadows_[e].meets(middle.x, middle.y, half.x * 1.001, half.y * 1.001))
+      continue;
+    edge_stack_.push_back(e);
+  }
+}
+
+void SurfaceCover::prepare_triangles(const SurfaceChain& chain, const ShadowMaker& maker) {
+  const double tolerance = maker.depth_tolerance();
+  section_shadows_.clear();
+  section_of_.assign(chain.triangles.size(), -1);
+  depth_of_.resize(chain.triangles.size());
+  for (std::uint32_t t = 0; t < chain.triangles.size(); ++t) {
+    const auto& v = chain.triangles[t].vertex;
+    const Vec3 corners[3] = {vertices_[v[0]], vertices_[v[1]], vertices_[v[2]]};
+    const auto [low, high] = std::minmax({corners[0].z, corners[1].z, corners[2].z});
+    if (!(low <= tolerance)) continue;  // beyond the plane: no segment to it meets the triangle
+    if (high >= -tolerance) {
+      section_of_[t] = static_cast<std::int32_t>(section_shadows_.size());
+      section_shadows_.push_back(maker.of_section(corners));
+    }
+    depth_of_[t] = high + tolerance < 0 ? float_not_below(high + tolerance) : 0.0f;
+    triangle_stack_.push_back({t, 0, 0, false});
+  }
+}
+
+// Whether the segment from the eye to the sample certainly crosses the inside of the triangle.
+bool SurfaceCover::crosses(std::uint32_t triangle, const Vec3& sample) const {
+  const auto& v = chain_->triangles[triangle].vertex;
+  const Vec3 a = vertices_[v[0]] - eye_, b = vertices_[v[1]] - eye_, c = vertices_[v[2]] - eye_;
+  const Vec3 ray = sample - eye_;
+  const Vec3 ab = cross(a, b), bc = cross(b, c), ca = cross(c, a);
+  const double sa = size_of(a), sb = size_of(b), sc = size_of(c), rounding = 0x1p-44 * scale_;
+  // Corners and eye are off by a part of `scale_`, and so each product of three by that times the
+  // sizes of the two others.
+  const double ray_size = size_of(ray) + scale_ * 0x1p-20;
+  const double errors[3] = {(sa + sb) * ray_size, (sb + sc) * ray_size, (sc + sa) * ray_size};
+  const double products[3] = {dot(ab, ray), dot(bc, ray), dot(ca, ray)};
+  // All left or all right of the edges: the line crosses the triangle.
+  const double sign = products[0] < 0 ? -1 : 1;
+  for (int k = 0; k < 3; ++k) {
+    const double also = k == 0 ? sa * sb : k == 1 ? sb * sc : sc * sa;
+    if (!(sign * products[k] > rounding * (errors[k] + also))) return false;
+  }
+  // Eye and sample on two sides of its plane: and it does so between them.
+  const double volume = sign * dot(a, bc),
+               through = sign * (products[0] + products[1] + products[2]);
+  const double most = std::max({sa, sb, sc});
+  const double error = rounding * 8 * (most * most + most * ray_size);
+  return volume > error && through - volume > error;
+}
+
+std::uint32_t SurfaceCover::root(std::size_t first, std::uint32_t at) {
+  while (triangle_stack_[first + at].parent != at) {
+    std::uint32_t& parent = triangle_stack_[first + at].parent;
+    parent = triangle_stack_[first + parent].parent;
+    at = parent;
+  }
+  return at;
+}
+
+// Pushes the triangles of `triangles` that may be met in the square other than in their inside. One
+// whose inside is met and nothing else covers all of the square: true.
+bool SurfaceCover::collect(const Vec2& middle, const Vec2& half, Range triangles,
+                           const Vec3& sample, float& depth) {
+  const std::size_t first = triangle_stack_.size();
+  for (std::size_t i = triangles.first; i < triangles.end; ++i) {
+    const std::uint32_t t = triangle_stack_[i].triangle;
+    const ChainTriangle& triangle = chain_->triangles[t];
+    const bool section = section_of_[t] >= 0 &&
+                         section_shadows_[section_of_[t]].meets(middle.x, middle.y, half.x, half.y);
+    bool active = section;
+    for (const std::uint32_t e : triangle.edge) active = active || met_in_[e] == squares_;
+    if (active) {
+      const auto own = static_cast<std::uint32_t>(triangle_stack_.size() - first);
+      triangle_stack_.push_back({t, own, depth_of_[t], section});
+    } else if (crosses(t, sample)) {
+      depth = depth_of_[t];
+      return true;
+    }
+  }
+  return false;
+}
+
+// Joins what hangs together by an edge met in the square. An edge met that is border spoils.
+void SurfaceCover::join(std::size_t first) {
+  const auto count = static_cast<std::uint32_t>(triangle_stack_.size() - first);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    for (const std::uint32_t e : chain_->triangles[triangle_stack_[first + i].triangle].edge) {
+      if (met_in_[e] != squares_) continue;
+      if (chain_->edges[e].coefficient != 0) {
+        triangle_stack_[first + i].spoiled = true;
+      } else if (first_at_[e] == kNone) {
+        first_at_[e] = i;
+      } else {
+        const std::uint32_t a = root(first, i), b = root(first, first_at_[e]);
+        triangle_stack_[first + std::max(a, b)].parent = std::min(a, b);
+      }
+    }
+  }
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Active& active = triangle_stack_[first + i];
+    Active& part = triangle_stack_[first + root(first, i)];
+    part.spoiled = part.spoiled || active.spoiled;
+    part.depth = std::max(part.depth, active.depth);
+  }
+}
+
+bool SurfaceCover::some_part_covers(std::size_t first, const Vec3& sample, float& depth) {
+  const auto count = static_cast<std::uint32_t>(triangle_stack_.size() - first);
+  bool covers = false;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Active& part = triangle_stack_[first + root(first, i)];
+    if (part.spoiled || (covers && part.depth >= depth)) continue;
+    if (!crosses(triangle_stack_[first + i].triangle, sample)) continue;
+    covers = true;
+    depth = part.depth;
+  }
+  return covers;
+}
+
+void SurfaceCover::visit(const Square& square, Range edges, Range triangles, OcclusionMap& map) {
+  const ProjectionPlane& plane = map.plane();
+  const double side = 1 << square.level;
+  // Wide enough for the rounding of pixel borders.
+  const Vec2 half{plane.px * side * (0.5 + 0x1p-30), plane.py * side * (0.5 + 0x1p-30)};
+  const Vec2 middle{plane.x0 + plane.px * side * (square.i + 0.5),
+                    plane.y0 + plane.py * side * (square.j + 0.5)};
+  const Vec3 sample{middle.x + (2 * kSampleX - 1) * half.x, middle.y + (2 * kSampleY - 1) * half.y,
+                    0};
+  ++squares_;
+  const std::size_t first_edge = edge_stack_.size(), first = triangle_stack_.size();
+  for (std::size_t i = edges.first; i < edges.end; ++i) {
+    const std::uint32_t e = edge_stack_[i];
+    if (!edge_shadows_[e].meets(middle.x, middle.y, half.x, half.y)) continue;
+    met_in_[e] = squares_;
+    first_at_[e] = kNone;
+    edge_stack_.push_back(e);
+  }
+  float depth = 0;
+  bool covered = collect(middle, half, triangles, sample, depth);
+  if (!covered && triangle_stack_.size() > first) {
+    join(first);
+    covered = some_part_covers(first, sample, depth);
+    if (!covered && square.level > 0) {
+      const Range own_edges{first_edge, edge_stack_.size()};
+      const Range own_triangles{first, triangle_stack_.size()};
+      for (int k = 0; k < 4; ++k)
+        visit({square.level - 1, 2 * square.i + (k & 1), 2 * square.j + (k >> 1)}, own_edges,
+              own_triangles, map);
+    }
+  }
+  if (covered) {
+    const int pixels = 1 << square.level, row = plane.resolution_px;
+    float* corner = map.base() + static_cast<std::size_t>(square.j) * pixels * row +
+                    static_cast<std::size_t>(square.i) * pixels;
+    for (int j = 0; j < pixels; ++j, corner += row)
+      for (int i = 0; i < pixels; ++i) corner[i] = std::min(corner[i], depth);
+  }
+  edge_stack_.resize(first_edge);
+  triangle_stack_.resize(first);
+}
+
+std::uint32_t SurfaceCover::draw(const SurfaceChain& chain, const CellFrame& frame,
+                                 OcclusionMap& map) {
+  prepare(chain, frame, map.plane());
+  const int level = std::bit_width(static_cast<unsigned>(map.plane().resolution_px)) - 1;
+  const Range edges{0, edge_stack_.size()}, triangles{0, triangle_stack_.size()};
+  visit({level, 0, 0}, edges, triangles, map);
+  return squares_;
+}
+
+}  // namespace pvsfarm

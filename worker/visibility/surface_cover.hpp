@@ -1,0 +1,66 @@
+// The pixels of an occlusion map that a chain of surface triangles covers from all of the cell.
+//
+// Source: docs/algorithm.md A.14. A part of the chain blocks every ray from the cell to a pixel if
+// it blocks one of them and neither its border nor its section with the plane is met between the
+// cell and the pixel. The map is cut into quarters down to pixels. In each square only what may be
+// met there counts, so that a near silhouette does not spoil the wall behind it: the triangles that
+// hang together by edges met there are one part, the others are others.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "worker/visibility/occlusion_map.hpp"
+#include "worker/visibility/surface_chain.hpp"
+#include "worker/visibility/surface_shadow.hpp"
+
+namespace pvsfarm {
+
+// Threads: one object, one thread. Keeps scratch memory from map to map.
+class SurfaceCover {
+ public:
+  // Lowers Z to the plane, or to the part's greatest depth if it ends before the plane, in every
+  // pixel that some part covers. The pyramids are left stale. Returns the squares looked at.
+  std::uint32_t draw(const SurfaceChain& chain, const CellFrame& frame, OcclusionMap& map);
+
+ private:
+  struct Range {
+    std::size_t first, end;
+  };
+  struct Square {
+    int level, i, j;  // 2^level pixels a side, the (i, j)th of them
+  };
+  struct Active {
+    std::uint32_t triangle;
+    std::uint32_t parent;  // within the square's own list; the root stands for the part
+    float depth;           // of a root: the part's greatest
+    bool spoiled;          // border or section met; of a root: by any of the part
+  };
+
+  void prepare(const SurfaceChain& chain, const CellFrame& frame, const ProjectionPlane& plane);
+  void prepare_edges(const SurfaceChain& chain, const ProjectionPlane& plane,
+                     const ShadowMaker& maker);
+  void prepare_triangles(const SurfaceChain& chain, const ShadowMaker& maker);
+  void visit(const Square& square, Range edges, Range triangles, OcclusionMap& map);
+  bool collect(const Vec2& middle, const Vec2& half, Range triangles, const Vec3& sample,
+               float& depth);
+  void join(std::size_t first);
+  bool some_part_covers(std::size_t first, const Vec3& sample, float& depth);
+  std::uint32_t root(std::size_t first, std::uint32_t at);
+  bool crosses(std::uint32_t triangle, const Vec3& sample) const;
+
+  const SurfaceChain* chain_ = nullptr;
+  Vec3 eye_{0};
+  double scale_ = 0;
+  std::vector<Vec3> vertices_;  // in the plane's frame
+  std::vector<Shadow> edge_shadows_, section_shadows_;
+  std::vector<std::int32_t> section_of_;  // of a triangle, -1: it does not come to the plane
+  std::vector<float> depth_of_;           // of a triangle, the greatest, at most 0
+  // Of an edge: the last square it was met in, and the first triangle found at it there.
+  std::vector<std::uint32_t> met_in_, first_at_;
+  std::vector<std::uint32_t> edge_stack_;
+  std::vector<Active> triangle_stack_;
+  std::uint32_t squares_ = 0;
+};
+
+}  // namespace pvsfarm
