@@ -36,8 +36,13 @@ ProjectionEffort finer(ProjectionEffort effort) {
   return effort;
 }
 
+// Surfaces have no seams to lose pixels at: coarser maps and the first planes do, and cost a
+// fourth.
 ProjectionEffort with_surfaces(ProjectionEffort effort) {
   effort.surfaces = true;
+  effort.raster = RasterKind::kDirect;  // surfaces are not drawn by OpenGL
+  effort.splits = kFineSplits;
+  effort.resolution_px = std::max(effort.resolution_px / 2, 64);
   return effort;
 }
 
@@ -64,8 +69,8 @@ struct Evaluator::State {
     if (settings.methods.has(Method::kFineProjection))
       fine = std::make_unique<ProjectionProver>(*scene, ranking, finer(effort_of(settings)));
     if (settings.methods.has(Method::kSurfaces))
-      surfaces = std::make_unique<ProjectionProver>(*scene, ranking,
-                                                    with_surfaces(finer(effort_of(settings))));
+      surfaces =
+          std::make_unique<ProjectionProver>(*scene, ranking, with_surfaces(effort_of(settings)));
     if (wants_witnesses(settings)) sampler = std::make_unique<Sampler>(scene);
     if (sampler && settings.methods.has(Method::kItemBuffers))
       views = std::make_unique<ItemViews>(scene, settings.item_buffer_px);
