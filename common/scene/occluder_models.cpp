@@ -32,9 +32,9 @@ void add_faces(const Mesh& mesh, std::span<const MeshTriangle> triangles, Occlud
 
 }  // namespace
 
-void model_object(const Mesh& mesh, ObjectId owner, bool two_sided, double ground,
-                  OccluderSet& set) {
-  for (const MeshComponent& component : split_components(mesh, two_sided)) {
+void model_object(const Mesh& mesh, std::span<const MeshComponent> components, ObjectId owner,
+                  bool two_sided, double ground, OccluderSet& set) {
+  for (const MeshComponent& component : components) {
     Occluder face;
     face.one_sided = !two_sided;
     bool is_entered_by_fronts = component.closed_outward && is_star_shaped(mesh, component);

@@ -119,8 +119,10 @@ Result<std::vector<std::byte>> build_bundle(const SceneSource& source) {
   for (std::uint32_t id = 0; id < meshes.size(); ++id) {
     const ObjectRecord& object = sections.objects[id];
     if (!object.occluder || object.dynamic) continue;
-    model_object(meshes[id], ObjectId{id}, object.two_sided, sections.ground, set);
-    opaque.push_back({&meshes[id], object.two_sided != 0});
+    const bool two_sided = object.two_sided != 0;
+    opaque.push_back({&meshes[id], split_components(meshes[id], two_sided), two_sided});
+    model_object(meshes[id], opaque.back().components, ObjectId{id}, two_sided, sections.ground,
+                 set);
   }
   model_box_runs(sections.ground, set);
   const SurfaceMesh surfaces = make_surfaces(opaque);

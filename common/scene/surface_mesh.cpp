@@ -151,10 +151,12 @@ class RecordWriter {
 SurfaceMesh make_surfaces(std::span<const SurfaceInput> inputs) {
   // 1. Join what is equal.
   SheetMesh mesh = weld_surfaces(inputs);
+  drop_party_walls(mesh.sheets);
   drop_loners_of_a_forest(mesh);
 
-  // 2. Divide edges where somebody's vertex lies on them.
+  // 2. Divide edges where somebody's vertex lies on them. What then is a party wall, is one.
   split_edges_at_vertices(mesh);
+  drop_party_walls(mesh.sheets);
   close_overlapping_tears(mesh);
 
   // 3. What hangs together, and is worth it.

@@ -54,7 +54,7 @@ class Divider {
       std::uint32_t from = a;
       for (std::size_t i = 0; i <= points.size(); ++i) {
         const std::uint32_t to = i < points.size() ? points[i] : b;
-        divide(Sheet::of(from, to, apex, sheet.sides), parts);
+        divide(sheet.part(from, to, apex), parts);
         from = to;
       }
       return;

@@ -110,13 +110,11 @@ class Mender {
         sheets.push_back(sheet);
         continue;
       }
-      // The rim's order may be the other way round than the record's.
-      const Sheet rim = Sheet::of(path[s].front(), path[s].back(), apex[s], Sheet::kAscending);
-      const std::uint32_t sides = rim.sides == Sheet::kAscending || sheet.sides == Sheet::kBoth
-                                      ? sheet.sides
-                                      : Sheet::kBoth - sheet.sides;
+      // Against the order of the record: the way from its low end to its high end goes backwards.
+      const bool backwards = sheet.v[1] == apex[s];
       for (std::size_t i = 0; i + 1 < path[s].size(); ++i)
-        sheets.push_back(Sheet::of(path[s][i], path[s][i + 1], apex[s], sides));
+        sheets.push_back(backwards ? sheet.part(path[s][i + 1], path[s][i], apex[s])
+                                   : sheet.part(path[s][i], path[s][i + 1], apex[s]));
     }
     mesh_.sheets = std::move(sheets);
     sort_sheets(mesh_.sheets);

@@ -49,16 +49,21 @@ Welded weld_vertices(std::span<const SurfaceInput> inputs) {
 
 }  // namespace
 
-Sheet Sheet::of(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t sides) {
-  const auto swap = [&sides](std::uint32_t& p, std::uint32_t& q) {
+Sheet Sheet::of(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t sides,
+                std::uint32_t outer) {
+  bool turned = false;
+  const auto swap = [&turned](std::uint32_t& p, std::uint32_t& q) {
     if (p < q) return;
     std::swap(p, q);
-    sides = (sides & kAscending) << 1 | (sides & kDescending) >> 1;
+    turned = !turned;
   };
   swap(a, b);
   swap(b, c);
   swap(a, b);
-  return {{a, b, c}, sides};
+  const auto seen = [&turned](std::uint32_t bits) {
+    return turned ? ((bits & kAscending) << 1 | (bits & kDescending) >> 1) : bits;
+  };
+  return {{a, b, c}, seen(sides), seen(outer)};
 }
 
 void sort_sheets(std::vector<Sheet>& sheets) {
@@ -67,12 +72,18 @@ void sort_sheets(std::vector<Sheet>& sheets) {
             [&](const Sheet& a, const Sheet& b) { return key(a) < key(b); });
   std::size_t kept = 0;
   for (const Sheet& sheet : sheets) {
-    if (kept > 0 && key(sheets[kept - 1]) == key(sheet))
+    if (kept > 0 && key(sheets[kept - 1]) == key(sheet)) {
       sheets[kept - 1].sides |= sheet.sides;
-    else
+      sheets[kept - 1].outer |= sheet.outer;
+    } else {
       sheets[kept++] = sheet;
+    }
   }
   sheets.resize(kept);
+}
+
+void drop_party_walls(std::vector<Sheet>& sheets) {
+  std::erase_if(sheets, [](const Sheet& sheet) { return sheet.outer == Sheet::kBoth; });
 }
 
 SheetMesh weld_surfaces(std::span<const SurfaceInput> inputs) {
@@ -81,14 +92,15 @@ SheetMesh weld_surfaces(std::span<const SurfaceInput> inputs) {
   mesh.vertices = std::move(welded.vertices);
   std::size_t base = 0;
   for (const SurfaceInput& input : inputs) {
-    for (const MeshTriangle& t : input.mesh->triangles) {
-      const std::uint32_t a = welded.from_input[base + t[0]], b = welded.from_input[base + t[1]],
-                          c = welded.from_input[base + t[2]];
-      if (a == b || b == c || c == a ||
-          is_collinear(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]))
-        continue;
-      mesh.sheets.push_back(Sheet::of(a, b, c, input.two_sided ? Sheet::kBoth : Sheet::kAscending));
-    }
+    const std::uint32_t sides = input.two_sided ? Sheet::kBoth : Sheet::kAscending;
+    for (const MeshComponent& component : input.components)
+      for (const MeshTriangle& t : component.triangles) {
+        const std::uint32_t a = welded.from_input[base + t[0]], b = welded.from_input[base + t[1]],
+                            c = welded.from_input[base + t[2]];
+        if (!is_collinear(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]))
+          mesh.sheets.push_back(
+              Sheet::of(a, b, c, sides, component.closed_outward ? Sheet::kAscending : 0));
+      }
     base += input.mesh->vertices.size();
   }
   sort_sheets(mesh.sheets);

@@ -171,6 +171,29 @@ TEST(SurfaceMesh, TwoRoomsInTwoObjectsShareTheirWallWithADoor) {
   EXPECT_EQ(uses_between(at(2, 0, 2), at(2, 0, 3)), 2);  // the wall above its post
 }
 
+TEST(SurfaceMesh, WhereTwoSolidsTouchTheirPartyWallIsLeftOut) {
+  // Three blocks in an L: each convex, together not.
+  std::vector<SourceObject> blocks = {box_object("a", {Vec3(0, 0, 0), Vec3(1, 1, 1)}),
+                                      box_object("b", {Vec3(1, 0, 0), Vec3(2, 1, 1)}),
+                                      box_object("c", {Vec3(0, 1, 0), Vec3(1, 2, 1)})};
+  for (const bool two_sided : {true, false}) {
+    for (SourceObject& block : blocks) block.two_sided = two_sided;
+    const auto scene = scene_of(blocks);
+    // Ten triangles of the middle block's twelve, less those of the second wall; ten of each end.
+    EXPECT_EQ(scene->surface_triangles().size(), 8u + 10u + 10u);
+    ASSERT_EQ(scene->surface_components().size(), 1u);
+    EXPECT_EQ(edges_with(*scene, 2), static_cast<int>(scene->surface_edges().size()));
+  }
+}
+
+TEST(SurfaceMesh, ACurtainInAnOpenRoomIsNoPartyWall) {
+  // The sheet is nobody's border, and each box alone is without it.
+  SourceObject open_box = box_object("room", {Vec3(0, 0, 0), Vec3(1, 1, 1)});
+  open_box.triangles.erase(open_box.triangles.begin(), open_box.triangles.begin() + 2);  // no floor
+  const auto scene = scene_of({open_box, box_object("beside", {Vec3(1, 0, 0), Vec3(2, 1, 1)})});
+  EXPECT_EQ(scene->surface_triangles().size(), 10u + 10u);
+}
+
 TEST(SurfaceMesh, TheSameTriangleTwiceIsOne) {
   const SourceObject one = quads_object("one", {wall(0, 1, 0, 0, 1)});
   SourceObject front = one;
@@ -373,7 +396,8 @@ TEST(SurfaceMesh, DividingNeitherAddsNorLosesMatter) {
     std::vector<SurfaceInput> inputs;
     for (const SourceObject& object : objects) meshes.push_back(weld(object));
     for (std::size_t i = 0; i < objects.size(); ++i)
-      inputs.push_back({&meshes[i], objects[i].two_sided});
+      inputs.push_back(
+          {&meshes[i], split_components(meshes[i], objects[i].two_sided), objects[i].two_sided});
     SheetMesh mesh = weld_surfaces(inputs);
     split_edges_at_vertices(mesh);
     for (const Sheet& sheet : mesh.sheets) {
