@@ -14,9 +14,14 @@ std::uint32_t count_in(const VisibleSet& open, const BvhNode& node) {
 
 // Rule P on every map that is not yet known to be futile; `useful` loses those found futile.
 bool HierarchyTest::hidden(const Box& local_box, MapMask& useful) {
+  std::size_t group = 0, first = 0;
+  bool placed = false;
   for (std::size_t m = useful._Find_first(); m < maps_.size(); m = useful._Find_next(m)) {
     ++box_tests_;
-    const PlaneAnswer answer = test_box(maps_[m], local_box);
+    for (; m >= ends_[group]; placed = false) first = ends_[group++];
+    if (!placed) groups_[group].place(local_box);
+    placed = true;
+    const PlaneAnswer answer = groups_[group].answer(m - first);
     if (answer == PlaneAnswer::kHidden) {
       hidden_by_ = m;
       return true;
@@ -76,6 +81,10 @@ void HierarchyTest::run(VisibleSet& open, int splits) {
   splits_ = splits;
   MapMask all;
   for (std::size_t m = 0; m < maps_.size(); ++m) all.set(m);
+  groups_.clear();
+  ends_.clear();
+  for (std::size_t m = 0; m < maps_.size(); ends_.push_back(m))
+    m += groups_.emplace_back().set(maps_.subspan(m));
   visit(0, all, open);
 }
 

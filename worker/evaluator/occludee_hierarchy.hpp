@@ -5,11 +5,12 @@
 
 #include <bitset>
 #include <span>
+#include <vector>
 
 #include "common/pvs/visible_set.hpp"
 #include "common/scene/scene.hpp"
 #include "worker/evaluator/evidence.hpp"
-#include "worker/visibility/occludee_test.hpp"
+#include "worker/visibility/box_on_planes.hpp"
 
 namespace pvsfarm {
 
@@ -38,6 +39,8 @@ class HierarchyTest {
   const Scene& scene_;
   const CellFrame& frame_;
   std::span<const OcclusionMap> maps_;
+  std::vector<BoxOnPlanes> groups_;  // the maps, face by face
+  std::vector<std::size_t> ends_;    // of the groups, into maps_
   Evidence* watched_ = nullptr;
   bool noting_ = false;        // the box being tested is of the watched object
   std::size_t hidden_by_ = 0;  // the map of the last box found hidden

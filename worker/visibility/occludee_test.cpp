@@ -45,14 +45,22 @@ PlaneAnswer test_box(const OcclusionMap& map, const Box& local_box) {
   const double rounding =
       0x1p-48 * (std::abs(box.lo.z) + std::abs(box.hi.z) + plane.distance + 2 * plane.hw);
   if (!(box.hi.z + plane.distance > rounding)) return PlaneAnswer::kFutile;
-  const float deepest = float_not_below(box.hi.z + rounding);
+  const double deepest = box.hi.z + rounding;
   if (!(map.lowest() < deepest)) return PlaneAnswer::kFutile;
   // (i) strictly beyond the face; a part of a box that crosses it may be anywhere on the map.
   if (!(box.lo.z + plane.distance > rounding)) return PlaneAnswer::kUnknown;
   const PlaneRect rect = occludee_rect(plane, box);
+  if (!(rect.x0 <= rect.x1 && rect.y0 <= rect.y1)) return PlaneAnswer::kUnknown;  // NaN
+  return answer_on(map, map.touched(rect), box.lo.z - rounding, deepest);
+}
+
+PlaneAnswer answer_on(const OcclusionMap& map, const PixelRange& range, double nearest,
+                      double deepest) {
+  // Cheapest first: what no pixel can hide, not all of them do.
+  if (!(map.lower_bound(range) < deepest)) return PlaneAnswer::kFutile;
   // (ii) and (iii); NaN compares false and means visible.
-  if (map.covered(rect, float_not_above(box.lo.z - rounding))) return PlaneAnswer::kHidden;
-  return map.lower_bound(rect) < deepest ? PlaneAnswer::kUnknown : PlaneAnswer::kFutile;
+  return map.covered(range, float_not_above(nearest)) ? PlaneAnswer::kHidden
+                                                      : PlaneAnswer::kUnknown;
 }
 
 }  // namespace pvsfarm

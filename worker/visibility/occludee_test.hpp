@@ -22,4 +22,9 @@ enum class PlaneAnswer {
 // Rule P for one local box on one plane. kFutile is exact for sub-boxes (theory A.9).
 PlaneAnswer test_box(const OcclusionMap& map, const Box& local_box);
 
+// Its last step: a box at depths `nearest` to `deepest`, rounded outwards, whose rectangle touches
+// `range` (as OcclusionMap::touched says) and holds its whole Projection.
+PlaneAnswer answer_on(const OcclusionMap& map, const PixelRange& range, double nearest,
+                      double deepest);
+
 }  // namespace pvsfarm

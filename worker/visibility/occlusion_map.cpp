@@ -91,7 +91,10 @@ bool OcclusionMap::covered_in(int level, int i, int j, const PixelRange& range, 
 
 bool OcclusionMap::covered(const PlaneRect& rect, float depth) const {
   if (!(rect.x0 <= rect.x1 && rect.y0 <= rect.y1)) return false;  // NaN: doubt means visible
-  const PixelRange r = touched(rect);
+  return covered(touched(rect), depth);
+}
+
+bool OcclusionMap::covered(const PixelRange& r, float depth) const {
   const int last = plane_.resolution_px - 1;
   if (r.i0 < 0 || r.j0 < 0 || r.i1 > last || r.j1 > last) return false;
   const int span = std::max(r.i1 - r.i0, r.j1 - r.j0);
@@ -104,7 +107,11 @@ bool OcclusionMap::covered(const PlaneRect& rect, float depth) const {
 
 float OcclusionMap::lower_bound(const PlaneRect& rect) const {
   if (!(rect.x0 <= rect.x1 && rect.y0 <= rect.y1)) return -kUncovered;
-  PixelRange r = touched(rect);
+  return lower_bound(touched(rect));
+}
+
+float OcclusionMap::lower_bound(const PixelRange& range) const {
+  PixelRange r = range;
   const int last = plane_.resolution_px - 1;
   if (r.i1 < 0 || r.j1 < 0 || r.i0 > last || r.j0 > last) return kUncovered;
   r = {std::max(r.i0, 0), std::max(r.j0, 0), std::min(r.i1, last), std::min(r.j1, last)};

@@ -40,9 +40,11 @@ class OcclusionMap {
   void build_pyramids();
   // Whether every pixel that `rect` touches has Z < depth. False where rect leaves the map.
   bool covered(const PlaneRect& rect, float depth) const;
+  bool covered(const PixelRange& range, float depth) const;
   // The smallest Z of any pixel that `rect` touches, a lower bound of it, read from at most
   // 2 x 2 texels of the min pyramid; kUncovered where rect misses the map.
   float lower_bound(const PlaneRect& rect) const;
+  float lower_bound(const PixelRange& range) const;
   float lowest() const { return levels_min_.back()[0]; }
   // The pixels that `rect` touches; -1 or the resolution where it leaves the map.
   PixelRange touched(const PlaneRect& rect) const;

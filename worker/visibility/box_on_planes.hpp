@@ -1,0 +1,48 @@
+// Rule P for one box on all planes before one face at once: the arithmetic of occludee_test.hpp,
+// a lane a plane. Same answers as test_box, plane by plane (held together by a test).
+#pragma once
+
+#include <span>
+
+#include "worker/visibility/occludee_test.hpp"
+
+namespace pvsfarm {
+
+inline constexpr int kMaxPlanesAtOnce = 16;
+
+// Maps of planes before one face, laid out in columns. Valid until a map changes.
+// Threads: const after `set`; `place` and `answer` are one object, one thread.
+class BoxOnPlanes {
+ public:
+  // As many of the leading maps as have the first one's face and fit. Returns how many.
+  std::size_t set(std::span<const OcclusionMap> maps);
+
+  // Where the box falls on each of them.
+  void place(const Box& local_box);
+  // What map `k` says of the box last placed.
+  PlaneAnswer answer(std::size_t k) const;
+
+  // Unused lanes are copies of the last plane.
+  struct Columns {
+    alignas(64) double distance[kMaxPlanesAtOnce], back[kMaxPlanesAtOnce];
+    alignas(64) double x0[kMaxPlanesAtOnce], y0[kMaxPlanesAtOnce];
+    alignas(64) double px[kMaxPlanesAtOnce], py[kMaxPlanesAtOnce];
+    alignas(64) double per_px[kMaxPlanesAtOnce], per_py[kMaxPlanesAtOnce];
+    alignas(64) double side[kMaxPlanesAtOnce], lowest[kMaxPlanesAtOnce];
+  };
+  struct Places {
+    alignas(64) double nearest[kMaxPlanesAtOnce], deepest[kMaxPlanesAtOnce];  // depths of the box
+    // 0: futile; 1: the box crosses the face; 2: it falls on the pixels below.
+    alignas(64) double where[kMaxPlanesAtOnce];
+    alignas(64) double i0[kMaxPlanesAtOnce], j0[kMaxPlanesAtOnce];
+    alignas(64) double i1[kMaxPlanesAtOnce], j1[kMaxPlanesAtOnce];
+  };
+
+ private:
+  std::span<const OcclusionMap> maps_;
+  int lanes_ = 0;  // rounded up
+  Columns columns_;
+  Places places_;
+};
+
+}  // namespace pvsfarm
