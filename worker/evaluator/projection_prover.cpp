@@ -34,12 +34,13 @@ void ProjectionProver::project_from(const CellFrame& frame, std::size_t from,
   for (std::size_t m = 0; m < map_count_; ++m) {
     OcclusionMap& map = maps_[m];
     coverages_.clear();
-    for (std::size_t i = from; i < occluders_.list.size(); ++i) {
+    const OcclusionMap* const drawn = from > 0 ? &map : nullptr;
+    for (const std::uint32_t i : screen_.pass(map.plane(), effort_.near_m, from)) {
       const LocalOccluder& occluder = occluders_.list[i];
       const int count = make_pieces(occluders_, occluder, map.plane(), effort_.near_m, pieces);
       for (int p = 0; p < count; ++p)
         statistics.projections +=
-            project(pieces[p], map.plane(), frame.offset_scale(), coverages_) ? 1 : 0;
+            project(pieces[p], map.plane(), frame.offset_scale(), coverages_, drawn) ? 1 : 0;
     }
     if (coverages_.coverages.empty() && from > 0) continue;
     rasteriser_->draw(coverages_, map);
@@ -72,10 +73,12 @@ void ProjectionProver::run(const Cell& cell, VisibleSet& visible, VisibleSet& op
   statistics.occluder_candidates += static_cast<std::uint32_t>(ranked_.size());
   occluders_.list.clear();
   occluders_.points.clear();
+  screen_.clear();
   const auto add = [&](const RankedOccluder& ranked) {
     const Occluder& occluder = scene_.occluders()[ranked.index];
-    if (legal_for_cell(scene_, occluder, frame, effort_.near_m))
-      add_local(scene_, occluder, frame, ground_depth, ranked.solid_angle, occluders_);
+    if (!legal_for_cell(scene_, occluder, frame, effort_.near_m)) return;
+    add_local(scene_, occluder, frame, ground_depth, ranked.solid_angle, occluders_);
+    screen_.add(occluders_.list.back().box);
   };
   const std::size_t first = std::min(ranked_.size(), kFirstOccluders);
   for (std::size_t i = 0; i < first; ++i) add(ranked_[i]);

@@ -11,6 +11,7 @@
 #include "common/pvs/settings.hpp"
 #include "worker/evaluator/occludee_hierarchy.hpp"
 #include "worker/visibility/occluder_ranking.hpp"
+#include "worker/visibility/occluder_screen.hpp"
 #include "worker/visibility/rasteriser.hpp"
 #include "worker/visibility/surface_chain.hpp"
 #include "worker/visibility/surface_cover.hpp"
@@ -57,6 +58,7 @@ class ProjectionProver {
   // Kept from cell to cell so that nothing is allocated once warm.
   std::vector<RankedOccluder> ranked_;
   LocalOccluders occluders_;
+  OccluderScreen screen_;  // of occluders_
   std::vector<OcclusionMap> maps_;
   std::size_t map_count_ = 0;
   CoverageList coverages_;

@@ -17,6 +17,8 @@ struct DirectRaster::Spans {
 
 namespace {
 
+constexpr int kBlockPx = 16;  // divides every resolution
+
 // bound[j] = max(bound[j], offset + slope * (y + j * step)), or min.
 PVSFARM_DISPATCH
 void raise(double* bound, int n, double offset, double slope, double y, double step) {
@@ -33,13 +35,11 @@ void lower(double* bound, int n, double offset, double slope, double y, double s
   }
 }
 
-// The pixels wholly inside [left, right], as [first, end): coordinates become pixels, the left end
-// rounds up, the right end down. The slack keeps rounding (2^-43 pixel) from losing pixels at the
-// map's own border; every other bound has a margin of at least 10^-9 pixel (projection.cpp: 10^-6
-// of the smaller side, and sides differ by 256 at most).
+// The pixels wholly inside [left, right], as [first, end): whole_pixels of occlusion_map.hpp, for n
+// rows.
 PVSFARM_DISPATCH
-void whole_pixels(const double* left, const double* right, int n, double from, double per_px,
-                  double side, int* first, int* end) {
+void whole_spans(const double* left, const double* right, int n, double from, double per_px,
+                 double side, int* first, int* end) {
   for (int j = 0; j < n; ++j) {
     double a = (left[j] - from) * per_px - 0x1p-36, b = (right[j] - from) * per_px + 0x1p-36;
     a = a > 0 ? a : 0;
@@ -55,8 +55,17 @@ void whole_pixels(const double* left, const double* right, int n, double from, d
 // Depth into the spans of n rows.
 PVSFARM_DISPATCH
 void fill(float* rows, int side, const int* first, const int* end, int n, float depth) {
-  for (int j = 0; j < n; ++j, rows += side)
-    for (int i = first[j]; i < end[j]; ++i) rows[i] = depth < rows[i] ? depth : rows[i];
+  for (int j = 0; j < n; ++j, rows += side) {
+    const int from = first[j], to = end[j];
+    if (from >= to) continue;
+    // Whole blocks, so that no lane is left for a loop of its own: most spans are short.
+    const int start = from & -kBlockPx, pixels = ((to - start) + kBlockPx - 1) & -kBlockPx;
+    float* const row = rows + start;
+    for (int i = 0; i < pixels; ++i) {
+      const float drawn = (i >= from - start) & (i < to - start) ? depth : kUncovered;
+      row[i] = drawn < row[i] ? drawn : row[i];
+    }
+  }
 }
 
 // Rows of a coverage: `n` of them, the first one's lower edge at y.
@@ -81,10 +90,16 @@ void cut(const HalfPlane& h, const Coverage& c, const Rows& rows, double* left, 
   }
   const double slope = -h.ny / h.nx, offset = h.c / h.nx;
   const double slack = 0x1p-48 * (std::abs(offset) + std::abs(slope) * y_reach);
+  // Monotone from row to row, so the first and the last say whether it cuts any.
+  const double bound = h.nx > 0 ? offset + slack : offset - slack;
+  const double at_first = bound + slope * worst_y;
+  const double at_last = bound + slope * (worst_y + (rows.n - 1) * rows.step);
   if (h.nx > 0) {
-    raise(left, rows.n, offset + slack, slope, worst_y, rows.step);
+    if (at_first <= c.x0 && at_last <= c.x0) return;
+    raise(left, rows.n, bound, slope, worst_y, rows.step);
   } else {
-    lower(right, rows.n, offset - slack, slope, worst_y, rows.step);
+    if (at_first >= c.x1 && at_last >= c.x1) return;
+    lower(right, rows.n, bound, slope, worst_y, rows.step);
   }
 }
 
@@ -96,20 +111,19 @@ DirectRaster::~DirectRaster() = default;
 void DirectRaster::draw(const CoverageList& list, OcclusionMap& map) {
   const ProjectionPlane& plane = map.plane();
   const int side = plane.resolution_px;
-  const double per_px = 1 / plane.px, per_py = 1 / plane.py;
+  const double per_px = 1 / plane.px;
   Spans& spans = *spans_;
   for (const Coverage& c : list.coverages) {
-    int j0 = 0, j1 = 0;
-    whole_pixels(&c.y0, &c.y1, 1, plane.y0, per_py, side, &j0, &j1);
-    if (j0 >= j1) continue;
-    const Rows rows{plane.y0 + j0 * plane.py, plane.py, j1 - j0};
+    const PixelRange inner = whole_pixels({c.x0, c.y0, c.x1, c.y1}, plane);
+    if (inner.i0 > inner.i1 || inner.j0 > inner.j1) continue;
+    const Rows rows{plane.y0 + inner.j0 * plane.py, plane.py, inner.j1 - inner.j0 + 1};
     std::fill(spans.left, spans.left + rows.n, c.x0);
     std::fill(spans.right, spans.right + rows.n, c.x1);
     for (std::uint32_t h = 0; h < c.half_plane_count; ++h)
       cut(list.half_planes[c.first_half_plane + h], c, rows, spans.left, spans.right);
-    whole_pixels(spans.left, spans.right, rows.n, plane.x0, per_px, side, spans.first, spans.end);
-    fill(map.base() + static_cast<std::size_t>(j0) * side, side, spans.first, spans.end, rows.n,
-         c.depth);
+    whole_spans(spans.left, spans.right, rows.n, plane.x0, per_px, side, spans.first, spans.end);
+    fill(map.base() + static_cast<std::size_t>(inner.j0) * side, side, spans.first, spans.end,
+         rows.n, c.depth);
   }
 }
 

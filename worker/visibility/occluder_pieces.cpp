@@ -240,7 +240,7 @@ int polygon_pieces(std::span<const Vec3> loop, double from, double flatness,
 
 int make_pieces(const LocalOccluders& all, const LocalOccluder& occluder,
                 const ProjectionPlane& plane, double near_m, std::array<Piece, 2>& pieces) {
-  const double nearest = -plane.distance + std::max(plane.distance / 64, near_m);
+  const double nearest = nearest_depth(plane, near_m);
   const Box box = plane.plane_from_local(occluder.box);
   if (!(box.hi.z > nearest)) return 0;
   int count = 0;

@@ -4,6 +4,7 @@
 // split at it; projecting it whole is unsound (adversarial case straddle_box).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <span>
@@ -46,6 +47,11 @@ bool legal_for_cell(const Scene& scene, const Occluder& occluder, const CellFram
 // (phantom matter, theory 0.3), or not at all for 0.
 void add_local(const Scene& scene, const Occluder& occluder, const CellFrame& frame,
                double ground_depth, double solid_angle, LocalOccluders& out);
+
+// Where matter begins to be projected: nearer to the cell than this, alpha has no bound.
+inline double nearest_depth(const ProjectionPlane& plane, double near_m) {
+  return -plane.distance + std::max(plane.distance / 64, near_m);
+}
 
 // One convex piece in plane coordinates. Solid: all of it at z <= 0 or all at z >= 0.
 struct Piece {

@@ -30,6 +30,19 @@ void reduce_min(const float* row0, const float* row1, float* out, int n) {
 
 }  // namespace
 
+PixelRange whole_pixels(const PlaneRect& rect, const ProjectionPlane& plane) {
+  const double side = plane.resolution_px, per_px = 1 / plane.px, per_py = 1 / plane.py;
+  const auto on_map = [side](double pixels) { return std::clamp(pixels, 0.0, side); };
+  const auto up = [&](double pixels) {
+    pixels = on_map(pixels - 0x1p-36);
+    const int whole = static_cast<int>(pixels);
+    return whole + (static_cast<double>(whole) < pixels ? 1 : 0);
+  };
+  const auto down = [&](double pixels) { return static_cast<int>(on_map(pixels + 0x1p-36)); };
+  return {up((rect.x0 - plane.x0) * per_px), up((rect.y0 - plane.y0) * per_py),
+          down((rect.x1 - plane.x0) * per_px) - 1, down((rect.y1 - plane.y0) * per_py) - 1};
+}
+
 void OcclusionMap::reset(const ProjectionPlane& plane) {
   PVS_CHECK(std::has_single_bit(static_cast<unsigned>(plane.resolution_px)));
   PVS_CHECK_LE(plane.resolution_px, kMaxResolutionPx);

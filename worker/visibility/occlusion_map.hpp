@@ -26,6 +26,12 @@ struct PixelRange {
   int i0, j0, i1, j1;
 };
 
+// The pixels wholly inside `rect`, which lies in the plane's rectangle; i0 > i1 or j0 > j1: none.
+// The slack keeps rounding (2^-43 pixel) from losing pixels at the plane's own border; every other
+// bound of a coverage has a margin of at least 10^-9 pixel (projection.cpp: 10^-6 of the smaller
+// side, and sides differ by 256 at most).
+PixelRange whole_pixels(const PlaneRect& rect, const ProjectionPlane& plane);
+
 class OcclusionMap {
  public:
   // Requires: resolution a power of two, at most kMaxResolutionPx.

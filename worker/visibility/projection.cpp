@@ -16,6 +16,13 @@ struct Images {
   double y[4][kMaxPiecePoints];
   double rounding = 0;  // no image is farther than this from the true one
   double margin = 0;    // what edges are moved inwards by: rounding and the pixel grid's own
+
+  // A point is off by at most 2^-49 scale (frame, clipping); alpha by the same relative to itself
+  // times scale over the distance from the viewpoint, which 1 + alpha bounds through D / delta.
+  void set_rounding(double largest_alpha, double scale, const ProjectionPlane& plane) {
+    rounding = 0x1p-44 * (1 + largest_alpha) * (1 + largest_alpha) * scale;
+    margin = rounding + 1e-6 * std::min(plane.px, plane.py);
+  }
 };
 
 // View of M from V on z = 0: V + (M - V) * alpha, alpha = -Vz / (Mz - Vz).
@@ -35,34 +42,89 @@ void make_images(const Piece& piece, const ProjectionPlane& plane, double frame_
       images.y[k][i] = vy + (p.y - vy) * alpha;
     }
   }
-  // A point is off by at most 2^-49 scale (frame, clipping); alpha by the same relative to itself
-  // times scale over the distance from the viewpoint, which 1 + alpha bounds through D / delta.
-  images.rounding = 0x1p-44 * (1 + largest_alpha) * (1 + largest_alpha) * scale;
-  images.margin = images.rounding + 1e-6 * std::min(plane.px, plane.py);
+  images.set_rounding(largest_alpha, scale, plane);
+}
+
+// The same for an axis-aligned box: a coordinate of a corner's image depends on two of its own.
+void make_box_images(const Box& box, const ProjectionPlane& plane, double frame_scale,
+                     Images& images) {
+  const double depth_back = plane.distance + 2 * plane.hw, depth_front = plane.distance;
+  double scale = frame_scale + plane.hu + plane.hv + depth_back, largest_alpha = 0;
+  for (int a = 0; a < 3; ++a) scale = std::max({scale, std::abs(box.lo[a]), std::abs(box.hi[a])});
+  for (int far = 0; far < 2; ++far) {
+    const double z = far ? box.hi.z : box.lo.z;
+    const double back = depth_back / (z + depth_back), front = depth_front / (z + depth_front);
+    largest_alpha = std::max({largest_alpha, back, front});
+    for (int k = 0; k < 4; ++k) {
+      const double alpha = (k & 2) ? front : back;
+      const double vx = (k & 1) ? plane.hu : -plane.hu, vy = (k & 1) ? plane.hv : -plane.hv;
+      double *const x = images.x[k] + 4 * far, *const y = images.y[k] + 4 * far;
+      x[0] = x[2] = vx + (box.lo.x - vx) * alpha;
+      x[1] = x[3] = vx + (box.hi.x - vx) * alpha;
+      y[0] = y[1] = vy + (box.lo.y - vy) * alpha;
+      y[2] = y[3] = vy + (box.hi.y - vy) * alpha;
+    }
+  }
+  images.set_rounding(largest_alpha, scale, plane);
+}
+
+// The common rectangle of the eight views, in the plane's rectangle; it may be turned inside out.
+PlaneRect common_rectangle(const Images& images, const Piece& piece, const ProjectionPlane& plane) {
+  const int n = piece.point_count;
+  PlaneRect r{plane.x0, plane.y0, plane.x1(), plane.y1()};
+  const auto narrow = [&](double xa, double xb, double ya, double yb) {
+    r.x0 = std::max(r.x0, xa + images.margin);
+    r.x1 = std::min(r.x1, xb - images.margin);
+    r.y0 = std::max(r.y0, ya + images.margin);
+    r.y1 = std::min(r.y1, yb - images.margin);
+  };
+  for (int k = 0; k < 4; ++k) {
+    const double *const x = images.x[k], *const y = images.y[k];
+    if (piece.box_shaped) {  // points are in the order of Box::corner
+      narrow(std::min(x[0], x[4]), std::max(x[1], x[5]), std::min(y[0], y[4]),
+             std::max(y[2], y[6]));
+      continue;
+    }
+    const auto [xa, xb] = std::minmax_element(x, x + n);
+    const auto [ya, yb] = std::minmax_element(y, y + n);
+    narrow(*xa, *xb, *ya, *yb);
+  }
+  return r;
 }
 
 class Builder {
  public:
-  Builder(const Images& images, const ProjectionPlane& plane, CoverageList& out)
-      : images_(images), map_size_(plane.x1() - plane.x0 + plane.y1() - plane.y0), out_(out) {}
+  Builder(const Images& images, const ProjectionPlane& plane, const PlaneRect& rect,
+          CoverageList& out)
+      : images_(images),
+        map_size_(plane.x1() - plane.x0 + plane.y1() - plane.y0),
+        rect_(rect),
+        out_(out) {}
 
   // The points left of the line from image a to image b of view (kx, ky), moved inwards.
   void add_edge(int kx, int ky, int a, int b, double extra_margin = 0) {
     const double ax = images_.x[kx][a], ay = images_.y[ky][a];
     const double nx = ay - images_.y[ky][b], ny = images_.x[kx][b] - ax;
-    const double size = std::sqrt(nx * nx + ny * ny);
-    if (!(size > 0)) return;
     const double at = nx * ax + ny * ay;
     const double rounding = 0x1p-48 * (std::abs(nx * ax) + std::abs(ny * ay));
     // The ends are off by `rounding`; along the line, over the whole map, so is its direction.
-    const double inwards =
-        images_.margin * size + images_.rounding * map_size_ + extra_margin * size;
-    out_.half_planes.push_back({nx, ny, at + inwards + rounding});
+    const auto moved = [&](double size) {
+      return at + (images_.margin * size + images_.rounding * map_size_ + extra_margin * size) +
+             rounding;
+    };
+    // Most half-planes hold the whole rectangle: they cut nothing.
+    const double x = nx * (nx > 0 ? rect_.x0 : rect_.x1), y = ny * (ny > 0 ? rect_.y0 : rect_.y1);
+    const double worst = x + y - 0x1p-48 * (std::abs(x) + std::abs(y));
+    if (worst >= moved(std::abs(nx) + std::abs(ny))) return;
+    const double size = std::sqrt(nx * nx + ny * ny);
+    if (!(size > 0)) return;
+    out_.half_planes.push_back({nx, ny, moved(size)});
   }
 
  private:
   const Images& images_;
   double map_size_;
+  PlaneRect rect_;
   CoverageList& out_;
 };
 
@@ -140,32 +202,33 @@ bool add_loop_view(const Images& images, int kx, int ky, const Piece& piece,
 }  // namespace
 
 bool project(const Piece& piece, const ProjectionPlane& plane, double frame_scale,
-             CoverageList& out) {
+             CoverageList& out, const OcclusionMap* drawn) {
   Images images;
-  make_images(piece, plane, frame_scale, images);
+  if (piece.box_shaped)
+    make_box_images(piece.box, plane, frame_scale, images);
+  else
+    make_images(piece, plane, frame_scale, images);
 
   // The common rectangle of the eight views: cheap, and empty for most distant occluders.
-  const int n = piece.point_count;
-  double x0 = plane.x0, x1 = plane.x1(), y0 = plane.y0, y1 = plane.y1();
-  for (int k = 0; k < 4; ++k) {
-    const auto [xa, xb] = std::minmax_element(images.x[k], images.x[k] + n);
-    const auto [ya, yb] = std::minmax_element(images.y[k], images.y[k] + n);
-    x0 = std::max(x0, *xa + images.margin);
-    x1 = std::min(x1, *xb - images.margin);
-    y0 = std::max(y0, *ya + images.margin);
-    y1 = std::min(y1, *yb - images.margin);
-  }
-  if (!(x1 - x0 >= plane.px) || !(y1 - y0 >= plane.py)) return false;
+  const PlaneRect rect = common_rectangle(images, piece, plane);
+  if (!(rect.x1 - rect.x0 >= plane.px) || !(rect.y1 - rect.y0 >= plane.py)) return false;
+
+  const PixelRange inner = whole_pixels(rect, plane);
+  if (inner.i0 > inner.i1 || inner.j0 > inner.j1) return false;
+  const double deepest = piece.box.hi.z + (piece.solid ? 0.0 : 2 * piece.flatness);
+  const double rounding = 0x1p-46 * (std::abs(deepest) + plane.distance + frame_scale);
+  const float depth = float_not_below(deepest + rounding);
+  if (drawn != nullptr && drawn->covered(inner, depth)) return false;
 
   const auto first = static_cast<std::uint32_t>(out.half_planes.size());
-  Builder builder(images, plane, out);
+  Builder builder(images, plane, rect, out);
   for (int view = 0; view < 8; ++view) {
     const int front = (view >> 2) * 2, kx = (view & 1) + front, ky = ((view >> 1) & 1) + front;
     bool full = true;
     if (piece.box_shaped) {
       add_box_view(images, kx, ky, builder);
     } else if (piece.solid) {
-      full = add_hull_view(images, kx, ky, n, builder);
+      full = add_hull_view(images, kx, ky, piece.point_count, builder);
     } else {
       full = add_loop_view(images, kx, ky, piece, plane, builder);
     }
@@ -174,9 +237,7 @@ bool project(const Piece& piece, const ProjectionPlane& plane, double frame_scal
       return false;
     }
   }
-  const double deepest = piece.box.hi.z + (piece.solid ? 0.0 : 2 * piece.flatness);
-  const double rounding = 0x1p-46 * (std::abs(deepest) + plane.distance + frame_scale);
-  out.coverages.push_back({x0, y0, x1, y1, float_not_below(deepest + rounding), first,
+  out.coverages.push_back({rect.x0, rect.y0, rect.x1, rect.y1, depth, first,
                            static_cast<std::uint32_t>(out.half_planes.size()) - first});
   return true;
 }

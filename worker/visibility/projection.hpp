@@ -10,6 +10,7 @@
 
 #include "worker/visibility/cell_frame.hpp"
 #include "worker/visibility/occluder_pieces.hpp"
+#include "worker/visibility/occlusion_map.hpp"
 
 namespace pvsfarm {
 
@@ -38,7 +39,10 @@ struct CoverageList {
 
 // Appends the piece's Projection, if it can hold a whole pixel. `frame_scale`: CellFrame::
 // offset_scale(). Returns whether anything was added.
+//
+// `drawn`, if any, is a map of that plane with its pyramids built: what it already covers all over,
+// and nearer, is left out.
 bool project(const Piece& piece, const ProjectionPlane& plane, double frame_scale,
-             CoverageList& out);
+             CoverageList& out, const OcclusionMap* drawn = nullptr);
 
 }  // namespace pvsfarm
