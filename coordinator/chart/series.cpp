@@ -96,6 +96,15 @@ Points raster(const SeriesBase& base) {
   return points;
 }
 
+// What a sweep settles: alone, and after Projections.
+Points sweep(const SeriesBase& base) {
+  EvaluatorSettings alone = base.settings, after = base.settings;
+  alone.methods = {Method::kSweep};
+  after.methods = {Method::kProjection, Method::kFineProjection, Method::kSweep};
+  alone.gap = after.gap = 0;
+  return {{"sweep alone", 0, alone}, {"sweep after Projections", 1, after}};
+}
+
 Points sampling(const SeriesBase& base) {
   Points points;
   const auto add = [&](double rays) {
@@ -122,6 +131,7 @@ constexpr Series kSeries[] = {
     {"planes", "Projections, 1 to 16 planes a face", "#e39a2d", true, planes},
     {"extent", "Projections, extent 0.7 to 2", "#8c8c8c", true, extent},
     {"raster", "Projections, direct and OSMesa", "#7a4a2b", true, raster},
+    {"sweep", "occlusion sweep, alone and after Projections", "#4f7f1f", true, sweep},
     {"sampling", "random rays (prove nothing)", "#d1414f", false, sampling},
 };
 

@@ -73,6 +73,12 @@ void add_others(CLI::App& generate, CommandContext& context) {
   forest.app->add_option("--trees", forest.options->request.trees)->capture_default_str();
   forest.app->add_option("--leaves", forest.options->request.leaves, "triangles of a tree's crown")
       ->capture_default_str();
+  forest.app->add_option("--glades", forest.options->request.glades,
+                         "N: a thicket without rides, with N glades of a cell each");
+  forest.app
+      ->add_option("--leaf-size", forest.options->request.leaf_size,
+                   "of a thicket, half a leaf's width in metres")
+      ->capture_default_str();
   const auto maze = add_scene<MazeRequest>(generate, context, "maze",
                                            "a maze of wall boxes without a roof", generate_maze);
   maze.app->add_option("--size", maze.options->request.size, "N: N x N places")

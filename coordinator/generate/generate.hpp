@@ -38,10 +38,16 @@ std::vector<Box> closed_city_streets(const CityRequest& request);
 // Conifers of leaf triangles (opaque, single, two-sided, in all directions) round closed trunks, in
 // compartments of 10 x 10 trees with rides 6 m wide between and around them. No leaf reaches into a
 // ride; cells tile the rides.
+//
+// With glades: a thicket instead, as dense as a stand of young beeches. Leafy from the ground up,
+// without rides; a glade is the place of a tree left out, spread evenly, with one cell in it that
+// no leaf reaches into.
 struct ForestRequest {
   int trees = 2000;  // [limit] 1,000,000
   int leaves = 200;  // a tree; [limit] 100,000, and 200 million in all
   double cell_size = 5;
+  int glades = 0;         // [limit] trees; cells, each at most 3 m wide. 0: rides
+  double leaf_size = 0.45;  // of a thicket, in metres: half a leaf's width. [limit] 0.01 .. 2
   std::uint64_t seed = 1;
 };
 Result<GeneratedScene> generate_forest(const ForestRequest& request);

@@ -10,7 +10,7 @@
 namespace pvsfarm {
 namespace {
 
-constexpr Methods kProvers{Method::kProjection, Method::kFineProjection};
+constexpr Methods kProvers{Method::kProjection, Method::kFineProjection, Method::kSweep};
 
 TEST(ChartSeries, EveryPointIsWithinTheLimitsOfTheSettings) {
   std::set<std::string> names, colors;

@@ -44,6 +44,11 @@ const Scene kScenes[] = {
      [](std::uint64_t seed) {
        return generate_forest({.trees = 150, .leaves = 40, .seed = seed});
      }},
+    {"thicket",
+     [](std::uint64_t seed) {
+       return generate_forest(
+           {.trees = 150, .leaves = 40, .cell_size = 2, .glades = 6, .seed = seed});
+     }},
     {"rooms", [](std::uint64_t seed) { return generate_rooms({.rooms = 4, .seed = seed}); }},
     {"terrain", [](std::uint64_t seed) { return generate_terrain({.tiles = 3, .seed = seed}); }},
     {"maze", [](std::uint64_t seed) { return generate_maze({.size = 12, .seed = seed}); }},
@@ -232,6 +237,12 @@ TEST(Generate, refuses_what_is_out_of_range_and_names_the_option) {
   EXPECT_NE(text(generate_forest({.trees = -1})).find("--trees"), std::string::npos);
   EXPECT_NE(text(generate_forest({.trees = 1000000, .leaves = 100000})).find("--leaves"),
             std::string::npos);
+  EXPECT_NE(text(generate_forest({.glades = 2001})).find("--glades"), std::string::npos);
+  EXPECT_NE(text(generate_forest({.cell_size = 5, .glades = 2})).find("--cell-size"),
+            std::string::npos);
+  EXPECT_NE(
+      text(generate_forest({.cell_size = 2, .glades = 2, .leaf_size = 3})).find("--leaf-size"),
+      std::string::npos);
   EXPECT_NE(text(generate_terrain({.houses_per_tile = 5})).find("--houses"), std::string::npos);
   EXPECT_NE(text(generate_rooms({.rooms = 501})).find("--rooms"), std::string::npos);
   EXPECT_NE(text(generate_maze({.size = 0})).find("--size"), std::string::npos);

@@ -5,6 +5,7 @@
 #include "common/base/check.hpp"
 #include "common/base/random.hpp"
 #include "worker/evaluator/projection_prover.hpp"
+#include "worker/evaluator/sweep_prover.hpp"
 #include "worker/visibility/aim_points.hpp"
 #include "worker/visibility/item_views.hpp"
 #include "worker/visibility/sampler.hpp"
@@ -20,6 +21,7 @@ constexpr std::uint32_t kViewpoints = 4;   // that L_pt is looked for from
 // Of planes. Maps twice as fine as well would settle half as much again, in twice the time.
 constexpr int kFineFactor = 2;
 constexpr int kSplits = 3, kFineSplits = 6;
+constexpr int kSweepFactor = 4;  // of pixels
 
 ProjectionEffort effort_of(const EvaluatorSettings& s) {
   return {.raster = s.raster,
@@ -44,6 +46,11 @@ ProjectionEffort with_surfaces(ProjectionEffort effort) {
   effort.splits = kFineSplits;
   effort.resolution_px = std::max(effort.resolution_px / 2, 64);
   return effort;
+}
+
+// A sweep's maps are of bits, and every step costs it up to a pixel at each side of a gap.
+SweepEffort sweep_effort_of(const EvaluatorSettings& s) {
+  return {.columns_px = std::min(kSweepFactor * s.resolution_px, kMaxSweepPx), .near_m = s.near_m};
 }
 
 // The cell's own stream of random numbers, whoever evaluates it and when.
@@ -71,6 +78,8 @@ struct Evaluator::State {
     if (settings.methods.has(Method::kSurfaces))
       surfaces =
           std::make_unique<ProjectionProver>(*scene, ranking, with_surfaces(effort_of(settings)));
+    if (settings.methods.has(Method::kSweep))
+      sweep = std::make_unique<SweepProver>(*scene, sweep_effort_of(settings));
     if (wants_witnesses(settings)) sampler = std::make_unique<Sampler>(scene);
     if (sampler && settings.methods.has(Method::kItemBuffers))
       views = std::make_unique<ItemViews>(scene, settings.item_buffer_px);
@@ -81,6 +90,7 @@ struct Evaluator::State {
   bool aim(Cascade& cascade, std::uint64_t rays_an_object);
   void prove(ProjectionProver& prover, Method method, const Cell& cell, Cascade& cascade,
              Evidence* evidence);
+  void prove_by_sweep(const Cell& cell, Cascade& cascade, Evidence* evidence);
   void note_witness(Evidence& evidence) const;
   const VisibleSet& seen() const { return sampler ? sampler->seen() : nothing; }
 
@@ -90,6 +100,7 @@ struct Evaluator::State {
   OccluderRanking ranking;
   VisibleSet nothing;
   std::unique_ptr<ProjectionProver> projection, fine, surfaces;
+  std::unique_ptr<SweepProver> sweep;
   std::unique_ptr<Sampler> sampler;
   std::unique_ptr<ItemViews> views;
   std::uint64_t rays_left = 0;
@@ -151,6 +162,20 @@ void Evaluator::State::prove(ProjectionProver& prover, Method method, const Cell
   cascade.end(seen(), projections, nominal_ms);
 }
 
+void Evaluator::State::prove_by_sweep(const Cell& cell, Cascade& cascade, Evidence* evidence) {
+  if (evidence != nullptr && cascade.open().contains(evidence->object))
+    evidence->method = Method::kSweep;
+  CellStatistics& statistics = cascade.statistics();
+  const CellStatistics before = statistics;
+  cascade.begin(Method::kSweep);
+  sweep->run(cell, cascade.visible(), cascade.open(), statistics, evidence);
+  const std::uint32_t projections = statistics.projections - before.projections;
+  cascade.end(seen(), projections,
+              projections * kPrices.projection +
+                  (statistics.box_tests - before.box_tests) * kPrices.box_test +
+                  (statistics.planes - before.planes) * kPrices.sweep_plane);
+}
+
 void Evaluator::State::note_witness(Evidence& evidence) const {
   for (const Witness& witness : sampler->witnesses())
     if (witness.object == evidence.object) evidence.witness = SightLine{witness.eye, witness.point};
@@ -191,6 +216,7 @@ CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const Visibl
     s.prove(*s.fine, Method::kFineProjection, cell, cascade, evidence);
   if (s.surfaces && cascade.goes_on())
     s.prove(*s.surfaces, Method::kSurfaces, cell, cascade, evidence);
+  if (s.sweep && cascade.goes_on()) s.prove_by_sweep(cell, cascade, evidence);
   while (aims && cascade.goes_on() && s.aim(cascade, kSecondRays)) {
   }
 
