@@ -208,6 +208,44 @@ TEST(SurfaceCover, depth_is_that_of_what_covers_if_it_ends_before_the_plane) {
   EXPECT_GE(covered.at(0, 0), -2);
 }
 
+TEST(SurfaceCover, a_step_in_a_wall_that_turns_its_back_is_no_border) {
+  // The wall steps back at y = 0.6, and the step is seen from no eye or edge-on: towards the cell
+  // both its edges are border, but the wall as a sheet has none there.
+  SourceObject stepped = quad({5, -9, -9}, {5, -9, 9}, {5, 2, 9}, {5, 2, -9});
+  append(stepped, quad({5, 2, -9}, {5, 2, 9}, {8, 1.9, 9}, {8, 1.9, -9}));
+  append(stepped, quad({8, 1.9, -9}, {8, 1.9, 9}, {8, 12, 9}, {8, 12, -9}));
+  const Covered covered(stepped);
+  for (double y = -3; y < 7; y += 0.15) EXPECT_TRUE(covered.covers(y, 0)) << y;
+  EXPECT_EQ(covered.broken_promises(), 0);
+}
+
+TEST(SurfaceCover, a_closed_box_blocks_with_its_front_though_the_crossings_cancel) {
+  SourceObject box = box_object("box", {{4, -6, -6}, {8, 6, 6}});
+  // Not convex, or it would be left to the solids.
+  append(box, box_object("", {{4, 6, -6}, {6, 9, 6}}));
+  const Covered covered(box);
+  EXPECT_TRUE(covered.covers(0, 0));
+  EXPECT_EQ(covered.broken_promises(), 0);
+}
+
+TEST(SurfaceCover, one_sided_sheets_keep_their_promises_to_whom_they_show_their_front) {
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    Random random(seed);
+    SourceObject sheet;
+    sheet.name = "sheet";
+    sheet.two_sided = false;
+    for (int i = 0; i < 40; ++i)
+      sheet.vertices.push_back(
+          {random.between(1.5, 9), random.between(-9, 9), random.between(-9, 9)});
+    for (int i = 0; i < 60; ++i) {
+      const auto a = static_cast<std::uint32_t>(random.below(38));
+      sheet.triangles.push_back(i % 2 == 0 ? std::array<std::uint32_t, 3>{a, a + 1, a + 2}
+                                           : std::array<std::uint32_t, 3>{a, a + 2, a + 1});
+    }
+    EXPECT_EQ(Covered(sheet, random.between(2, 10)).broken_promises(20), 0) << "seed " << seed;
+  }
+}
+
 TEST(SurfaceCover, random_sheets_keep_their_promises) {
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     Random random(seed);

@@ -1,9 +1,8 @@
-// The triangles of the scene's surfaces that one cell sees from one side only, oriented towards it,
+// The triangles of the scene's surfaces that may block what one cell sees, oriented in two ways,
 // and what bounds them: edges where they do not cancel.
 //
-// Source: docs/algorithm.md A.14. A segment that leaves the cell crosses all of these triangles in
-// the same direction, so what it crosses of any part of them can be counted, and the count does not
-// change while neither its end nor the border of that part is met.
+// Source: docs/algorithm.md A.14. How often a segment that leaves the cell crosses a part of them,
+// by sign, does not change while neither its end nor the border of that part is met.
 // Any part of the triangles is as good as all of them: leaving one out only adds border.
 #pragma once
 
@@ -16,15 +15,24 @@
 
 namespace pvsfarm {
 
+// Two orientations, each with its own border. Towards the cell: all crossings have one sign, but
+// silhouettes are border. Coherent, neighbours alike: silhouettes are not, but crossings may
+// cancel.
+enum class Orientation { kTowardsCell = 0, kCoherent = 1 };
+
 struct ChainTriangle {
-  std::uint32_t vertex[3];  // counter-clockwise seen from the cell
+  std::uint32_t vertex[3];  // as the scene has it
   std::uint32_t edge[3];    // into SurfaceChain::edges; from vertex[k] to vertex[(k + 1) % 3]
+  bool one_sided = false;
+  std::int8_t coherent = 1;   // -1: seen from behind in the coherent orientation
+  bool towards_cell = false;  // the cell is on one side, one that blocks: part of that orientation
 };
 
 struct ChainEdge {
   std::uint32_t vertex[2];
-  // How many triangles run along it, less those that run against it. 0: the chain goes on here.
-  std::int32_t coefficient = 0;
+  // By orientation, how many triangles run along it, less those that run against it. 0: the chain
+  // goes on here.
+  std::int32_t coefficient[2] = {0, 0};
 };
 
 struct SurfaceChain {
@@ -50,7 +58,7 @@ struct ChainRequest {
 // Threads: one object, one thread. Keeps scratch memory from cell to cell.
 class SurfaceChainBuilder {
  public:
-  explicit SurfaceChainBuilder(const Scene& scene) : scene_(scene) {}
+  explicit SurfaceChainBuilder(const Scene& scene);
   void build(const Cell& cell, const CellFrame& frame, const ChainRequest& request,
              SurfaceChain& chain);
 
@@ -63,7 +71,10 @@ class SurfaceChainBuilder {
   std::uint32_t chain_edge(std::uint32_t edge, const Cell& cell, const CellFrame& frame,
                            SurfaceChain& chain);
 
+  void orient();
+
   const Scene& scene_;
+  std::vector<std::int8_t> coherent_;               // of the scene's triangles
   std::vector<std::uint32_t> vertex_of_, edge_of_;  // of the scene's, where it is in the chain
   std::vector<std::uint32_t> used_vertices_, used_edges_;
   std::vector<std::uint32_t> components_;

@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
 
 #include "common/geometry/rounding.hpp"
 
 namespace pvsfarm {
 namespace {
 
-constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 // Where in a square its ray goes, and from where in the cell. Scenes and maps are symmetric: odd
 // places are seldom on an edge.
 constexpr double kSampleX = 0.4377, kSampleY = 0.5613;
@@ -50,7 +48,7 @@ void SurfaceCover::prepare_edges(const SurfaceChain& chain, const ProjectionPlan
   const Vec2 half{plane.x1() - middle.x, plane.y1() - middle.y};
   edge_shadows_.resize(chain.edges.size());
   met_in_.assign(chain.edges.size(), 0);
-  first_at_.resize(chain.edges.size());
+  first_at_.assign(chain.edges.size(), {});
   for (std::uint32_t e = 0; e < chain.edges.size(); ++e) {
     const ChainEdge& edge = chain.edges[e];
     const unsigned beyond = chain.beyond[edge.vertex[0]] & chain.beyond[edge.vertex[1]];
@@ -79,12 +77,13 @@ void SurfaceCover::prepare_triangles(const SurfaceChain& chain, const ShadowMake
       section_shadows_.push_back(maker.of_section(corners));
     }
     depth_of_[t] = high + tolerance < 0 ? float_not_below(high + tolerance) : 0.0f;
-    triangle_stack_.push_back({t, 0, 0, false});
+    triangle_stack_.push_back({.triangle = t});
   }
 }
 
-// Whether the segment from the eye to the sample certainly crosses the inside of the triangle.
-bool SurfaceCover::crosses(std::uint32_t triangle, const Vec3& sample) const {
+// How the segment from the eye to the sample crosses the inside of the triangle: from its front 1,
+// from its back -1, not at all 0. None: doubt.
+std::optional<int> SurfaceCover::crossing(std::uint32_t triangle, const Vec3& sample) const {
   const auto& v = chain_->triangles[triangle].vertex;
   const Vec3 a = vertices_[v[0]] - eye_, b = vertices_[v[1]] - eye_, c = vertices_[v[2]] - eye_;
   const Vec3 ray = sample - eye_;
@@ -93,20 +92,26 @@ bool SurfaceCover::crosses(std::uint32_t triangle, const Vec3& sample) const {
   // Corners and eye are off by a part of `scale_`, and so each product of three by that times the
   // sizes of the two others.
   const double ray_size = size_of(ray) + scale_ * 0x1p-20;
-  const double errors[3] = {(sa + sb) * ray_size, (sb + sc) * ray_size, (sc + sa) * ray_size};
   const double products[3] = {dot(ab, ray), dot(bc, ray), dot(ca, ray)};
-  // All left or all right of the edges: the line crosses the triangle.
-  const double sign = products[0] < 0 ? -1 : 1;
+  const double errors[3] = {rounding * ((sa + sb) * ray_size + sa * sb),
+                            rounding * ((sb + sc) * ray_size + sb * sc),
+                            rounding * ((sc + sa) * ray_size + sc * sa)};
+  int left = 0, right = 0;
   for (int k = 0; k < 3; ++k) {
-    const double also = k == 0 ? sa * sb : k == 1 ? sb * sc : sc * sa;
-    if (!(sign * products[k] > rounding * (errors[k] + also))) return false;
+    left += products[k] > errors[k] ? 1 : 0;
+    right += products[k] < -errors[k] ? 1 : 0;
   }
-  // Eye and sample on two sides of its plane: and it does so between them.
-  const double volume = sign * dot(a, bc),
-               through = sign * (products[0] + products[1] + products[2]);
+  if (left > 0 && right > 0) return 0;
+  if (left < 3 && right < 3) return {};
+  // The line crosses the triangle. The segment does if eye and sample are on two sides of it.
+  const double sign = left == 3 ? 1 : -1;
+  const double ahead = sign * dot(a, bc);
+  const double through = sign * (products[0] + products[1] + products[2]);
   const double most = std::max({sa, sb, sc});
   const double error = rounding * 8 * (most * most + most * ray_size);
-  return volume > error && through - volume > error;
+  if (ahead < -error || through - ahead < -error) return 0;
+  if (ahead > error && through - ahead > error) return left == 3 ? -1 : 1;
+  return {};
 }
 
 std::uint32_t SurfaceCover::root(std::size_t first, std::uint32_t at) {
@@ -132,8 +137,11 @@ bool SurfaceCover::collect(const Vec2& middle, const Vec2& half, Range triangles
     for (const std::uint32_t e : triangle.edge) active = active || met_in_[e] == squares_;
     if (active) {
       const auto own = static_cast<std::uint32_t>(triangle_stack_.size() - first);
-      triangle_stack_.push_back({t, own, depth_of_[t], section});
-    } else if (crosses(t, sample)) {
+      triangle_stack_.push_back({.triangle = t, .parent = own, .section = section});
+      continue;
+    }
+    const std::optional<int> sign = crossing(t, sample);
+    if (sign == 1 || (sign == -1 && !triangle.one_sided)) {
       depth = depth_of_[t];
       return true;
     }
@@ -142,38 +150,63 @@ bool SurfaceCover::collect(const Vec2& middle, const Vec2& half, Range triangles
 }
 
 // Joins what hangs together by an edge met in the square. An edge met that is border spoils.
-void SurfaceCover::join(std::size_t first) {
+void SurfaceCover::join(std::size_t first, Orientation orientation) {
   const auto count = static_cast<std::uint32_t>(triangle_stack_.size() - first);
+  const int which = static_cast<int>(orientation);
+  Active* const active = triangle_stack_.data() + first;
+  for (std::uint32_t i = 0; i < count; ++i)
+    active[i] = {.triangle = active[i].triangle, .parent = i, .section = active[i].section};
   for (std::uint32_t i = 0; i < count; ++i) {
-    for (const std::uint32_t e : chain_->triangles[triangle_stack_[first + i].triangle].edge) {
+    const ChainTriangle& triangle = chain_->triangles[active[i].triangle];
+    if (which == 0 && !triangle.towards_cell) continue;
+    active[i].spoiled = active[i].section;
+    for (const std::uint32_t e : triangle.edge) {
       if (met_in_[e] != squares_) continue;
-      if (chain_->edges[e].coefficient != 0) {
-        triangle_stack_[first + i].spoiled = true;
-      } else if (first_at_[e] == kNone) {
-        first_at_[e] = i;
+      if (chain_->edges[e].coefficient[which] != 0) {
+        active[i].spoiled = true;
+      } else if (first_at_[e].square != 2 * squares_ + which) {
+        first_at_[e] = {2 * squares_ + which, i};
       } else {
-        const std::uint32_t a = root(first, i), b = root(first, first_at_[e]);
-        triangle_stack_[first + std::max(a, b)].parent = std::min(a, b);
+        const std::uint32_t a = root(first, i), b = root(first, first_at_[e].triangle);
+        active[std::max(a, b)].parent = std::min(a, b);
       }
     }
   }
   for (std::uint32_t i = 0; i < count; ++i) {
-    const Active& active = triangle_stack_[first + i];
-    Active& part = triangle_stack_[first + root(first, i)];
-    part.spoiled = part.spoiled || active.spoiled;
-    part.depth = std::max(part.depth, active.depth);
+    Active& part = active[root(first, i)];
+    part.spoiled = part.spoiled || active[i].spoiled;
+    part.depth = std::max(part.depth, depth_of_[active[i].triangle]);
   }
 }
 
-bool SurfaceCover::some_part_covers(std::size_t first, const Vec3& sample, float& depth) {
+// Counts the crossings of each part that is not spoiled. Towards the cell they cannot cancel, and
+// one that is certain will do.
+bool SurfaceCover::some_part_covers(std::size_t first, Orientation orientation, const Vec3& sample,
+                                    float& depth) {
   const auto count = static_cast<std::uint32_t>(triangle_stack_.size() - first);
+  const bool towards_cell = orientation == Orientation::kTowardsCell;
+  Active* const active = triangle_stack_.data() + first;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    Active& part = active[root(first, i)];
+    const ChainTriangle& triangle = chain_->triangles[active[i].triangle];
+    if (part.spoiled || part.doubtful || (towards_cell && !triangle.towards_cell)) continue;
+    const std::optional<int> sign = crossing(active[i].triangle, sample);
+    if (towards_cell) {
+      part.crossings += sign.value_or(0) != 0 ? 1 : 0;
+      continue;
+    }
+    part.doubtful = !sign.has_value();
+    part.crossings += triangle.coherent * sign.value_or(0);
+    part.two_sided = part.two_sided && !triangle.one_sided;
+  }
   bool covers = false;
   for (std::uint32_t i = 0; i < count; ++i) {
-    const Active& part = triangle_stack_[first + root(first, i)];
-    if (part.spoiled || (covers && part.depth >= depth)) continue;
-    if (!crosses(triangle_stack_[first + i].triangle, sample)) continue;
+    const Active& part = active[i];
+    if (part.parent != i || part.spoiled || part.doubtful) continue;
+    // From the front more often than from the back; or unlike often, where it does not matter.
+    if (!(part.crossings > 0 || (part.crossings < 0 && part.two_sided))) continue;
+    depth = covers ? std::min(depth, part.depth) : part.depth;
     covers = true;
-    depth = part.depth;
   }
   return covers;
 }
@@ -193,14 +226,16 @@ void SurfaceCover::visit(const Square& square, Range edges, Range triangles, Occ
     const std::uint32_t e = edge_stack_[i];
     if (!edge_shadows_[e].meets(middle.x, middle.y, half.x, half.y)) continue;
     met_in_[e] = squares_;
-    first_at_[e] = kNone;
     edge_stack_.push_back(e);
   }
   float depth = 0;
   bool covered = collect(middle, half, triangles, sample, depth);
   if (!covered && triangle_stack_.size() > first) {
-    join(first);
-    covered = some_part_covers(first, sample, depth);
+    for (const Orientation orientation : {Orientation::kTowardsCell, Orientation::kCoherent}) {
+      if (covered) break;
+      join(first, orientation);
+      covered = some_part_covers(first, orientation, sample, depth);
+    }
     if (!covered && square.level > 0) {
       const Range own_edges{first_edge, edge_stack_.size()};
       const Range own_triangles{first, triangle_stack_.size()};

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "worker/visibility/occlusion_map.hpp"
@@ -32,9 +33,12 @@ class SurfaceCover {
   };
   struct Active {
     std::uint32_t triangle;
-    std::uint32_t parent;  // within the square's own list; the root stands for the part
-    float depth;           // of a root: the part's greatest
-    bool spoiled;          // border or section met; of a root: by any of the part
+    std::uint32_t parent = 0;  // within the square's own list; the root stands for the part
+    bool section = false;      // the section is met
+    // Of a root, for its part:
+    bool spoiled = false, doubtful = false, two_sided = true;
+    int crossings = 0;          // by sign
+    float depth = -kUncovered;  // the greatest
   };
 
   void prepare(const SurfaceChain& chain, const CellFrame& frame, const ProjectionPlane& plane);
@@ -44,10 +48,11 @@ class SurfaceCover {
   void visit(const Square& square, Range edges, Range triangles, OcclusionMap& map);
   bool collect(const Vec2& middle, const Vec2& half, Range triangles, const Vec3& sample,
                float& depth);
-  void join(std::size_t first);
-  bool some_part_covers(std::size_t first, const Vec3& sample, float& depth);
+  void join(std::size_t first, Orientation orientation);
+  bool some_part_covers(std::size_t first, Orientation orientation, const Vec3& sample,
+                        float& depth);
   std::uint32_t root(std::size_t first, std::uint32_t at);
-  bool crosses(std::uint32_t triangle, const Vec3& sample) const;
+  std::optional<int> crossing(std::uint32_t triangle, const Vec3& sample) const;
 
   const SurfaceChain* chain_ = nullptr;
   Vec3 eye_{0};
@@ -56,8 +61,11 @@ class SurfaceCover {
   std::vector<Shadow> edge_shadows_, section_shadows_;
   std::vector<std::int32_t> section_of_;  // of a triangle, -1: it does not come to the plane
   std::vector<float> depth_of_;           // of a triangle, the greatest, at most 0
-  // Of an edge: the last square it was met in, and the first triangle found at it there.
-  std::vector<std::uint32_t> met_in_, first_at_;
+  struct FirstAt {
+    std::uint32_t square = 0, triangle = 0;
+  };
+  std::vector<std::uint32_t> met_in_;  // of an edge, the last square it was met in
+  std::vector<FirstAt> first_at_;      // and the first triangle found at it there
   std::vector<std::uint32_t> edge_stack_;
   std::vector<Active> triangle_stack_;
   std::uint32_t squares_ = 0;
