@@ -16,7 +16,9 @@ struct SurfaceEdge {
 };
 
 struct SurfaceTriangle {
-  std::uint32_t vertex[3];  // counter-clockwise seen from the front; not degenerate
+  // Counter-clockwise seen from the front; not degenerate. Of those that block from both sides,
+  // closed solids look outwards, and neighbours over an edge with two triangles agree if they can.
+  std::uint32_t vertex[3];
   // From vertex[k] to vertex[(k + 1) % 3]: e >= 0 runs as surface_edges()[e] does, else ~e against.
   std::int32_t edge[3];
   std::uint32_t one_sided = 0;  // 1: blocks only rays that meet its front

@@ -7,6 +7,7 @@
 #include "common/scene/surface_parts.hpp"
 #include "common/scene/surface_splits.hpp"
 #include "common/scene/surface_tears.hpp"
+#include "common/scene/surface_turns.hpp"
 
 namespace pvsfarm {
 namespace {
@@ -54,8 +55,9 @@ void drop_loners_of_a_forest(SheetMesh& mesh) {
 // Fills the records part by part, in the order of the sheets.
 class RecordWriter {
  public:
-  RecordWriter(const SheetMesh& mesh, const SurfaceParts& parts)
-      : mesh_(mesh), parts_(parts), number_(choose_parts(parts.parts)) {
+  RecordWriter(const SheetMesh& mesh, const SurfaceParts& parts,
+               const std::vector<std::uint8_t>& fronts)
+      : mesh_(mesh), parts_(parts), fronts_(fronts), number_(choose_parts(parts.parts)) {
     out_.components.resize(parts.parts.size() - static_cast<std::size_t>(std::count(
                                                     number_.begin(), number_.end(), kNone)));
     number_vertices();
@@ -113,7 +115,7 @@ class RecordWriter {
         t.vertex[k] = vertex_[sheet.v[k]];
         out_.components[c].box.add(mesh_.vertices[sheet.v[k]]);
       }
-      if (sheet.sides == Sheet::kDescending) std::swap(t.vertex[1], t.vertex[2]);
+      if (fronts_[s] == 1) std::swap(t.vertex[1], t.vertex[2]);
       t.one_sided = sheet.sides != Sheet::kBoth;
     }
   }
@@ -140,6 +142,7 @@ class RecordWriter {
 
   const SheetMesh& mesh_;
   const SurfaceParts& parts_;
+  const std::vector<std::uint8_t>& fronts_;
   std::vector<std::uint32_t> number_;  // of each part, among those kept
   std::vector<std::uint32_t> vertex_;  // of each vertex, among those in use
   std::vector<std::uint32_t> record_;  // of each sheet
@@ -162,7 +165,7 @@ SurfaceMesh make_surfaces(std::span<const SurfaceInput> inputs) {
   // 3. What hangs together, and is worth it.
   const std::vector<EdgeUse> uses = sorted_edge_uses(mesh.sheets);
   const SurfaceParts parts = find_parts(mesh, uses);
-  return RecordWriter(mesh, parts).write(uses);
+  return RecordWriter(mesh, parts, choose_fronts(mesh, uses)).write(uses);
 }
 
 }  // namespace pvsfarm

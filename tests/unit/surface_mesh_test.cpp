@@ -142,6 +142,49 @@ TEST(SurfaceMesh, ACurtainInAnOpenRoomIsNoPartyWall) {
   EXPECT_EQ(scene->surface_triangles().size(), 10u + 10u);
 }
 
+// Edges that two triangles run along in the same direction.
+int disagreements(const Scene& scene) {
+  std::vector<int> uses = uses_of(scene), along(uses.size(), 0);
+  for (const SurfaceTriangle& t : scene.surface_triangles())
+    for (const std::int32_t e : t.edge) along[e >= 0 ? e : ~e] += e >= 0 ? 1 : -1;
+  int count = 0;
+  for (std::size_t e = 0; e < uses.size(); ++e) count += uses[e] == 2 && along[e] != 0;
+  return count;
+}
+
+TEST(SurfaceMesh, TwoSidedNeighboursAgreeAndSolidsLookOutwards) {
+  Random random(3);
+  std::vector<Vec2> ring;  // a star: not convex
+  for (int i = 0; i < 20; ++i) ring.push_back(regular_ring(20, i % 2 == 0 ? 3.0 : 2.0, {0, 0})[i]);
+  SourceObject star;
+  for (const double z : {0.0, 5.0})
+    for (const Vec2& p : ring) star.vertices.emplace_back(p.x, p.y, z);
+  star.vertices.insert(star.vertices.end(), {Vec3(0, 0, 0), Vec3(0, 0, 5)});
+  for (std::uint32_t i = 0; i < 20; ++i) {
+    const std::uint32_t j = (i + 1) % 20;
+    for (std::array<std::uint32_t, 3> t : {std::array<std::uint32_t, 3>{i, j, 20 + j},
+                                           {i, 20 + j, 20 + i},
+                                           {40, j, i},
+                                           {41, 20 + i, 20 + j}}) {
+      if (random.below(2) == 0) std::swap(t[1], t[2]);
+      star.triangles.push_back(t);
+    }
+  }
+  const auto scene = scene_of({star});
+  EXPECT_EQ(scene->surface_triangles().size(), 80u);
+  EXPECT_EQ(disagreements(*scene), 0);
+  double volume = 0;
+  for (const SurfaceTriangle& t : scene->surface_triangles())
+    volume += dot(area_of(*scene, t), scene->surface_vertices()[t.vertex[0]]) / 3;
+  EXPECT_GT(volume, 50);
+  // Walls of several objects that turn every way.
+  const auto walls =
+      scene_of({quads_object("a", {wall(0, 2, 0, 0, 1)}), quads_object("b", {wall(3, 2, 0, 0, 1)}),
+                quads_object("c", {wall(0, 3, 0, 2, 1)})});
+  EXPECT_EQ(walls->surface_triangles().size(), 7u);
+  EXPECT_EQ(disagreements(*walls), 0);
+}
+
 TEST(SurfaceMesh, TheSameTriangleTwiceIsOne) {
   const SourceObject one = quads_object("one", {wall(0, 1, 0, 0, 1)});
   SourceObject front = one;
