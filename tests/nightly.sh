@@ -10,3 +10,5 @@ for preset in asan tsan; do
   cmake --build "build/$preset" -j "$(nproc)"
   ctest --test-dir "build/$preset" -j "$(nproc)" -LE '^(bench|slow)$' --output-on-failure "$@"
 done
+# Last, as it wants the machine for itself.
+bash tests/bench/durand.sh

@@ -54,12 +54,31 @@ SceneCommand<Request> add_scene(CLI::App& generate, CommandContext& context, con
   return {app, options};
 }
 
+// What makes a city large: Durand's districts, with detail and moving cars.
+void add_city_detail(CLI::App& city, CityRequest& request) {
+  city.add_option("--districts", request.districts,
+                  "so many such districts in one city; cells only in the middle one")
+      ->capture_default_str();
+  city.add_option("--lanes", request.lanes,
+                  "cells along the streets, so many abreast; 0: square cells")
+      ->capture_default_str();
+  city.add_option("--cars", request.cars, "in all; default: 40 a block");
+  city.add_option("--building-triangles", request.building_triangles,
+                  "of a building: 12, and 12 for each ledge on its fronts")
+      ->capture_default_str();
+  city.add_option("--car-triangles", request.car_triangles,
+                  "of a car: 24, or a multiple of 4 from 200 up, with wheels")
+      ->capture_default_str();
+  city.add_flag("--moving-cars", request.moving_cars, "tag the cars as dynamic: they never hide");
+}
+
 void add_cities(CLI::App& generate, CommandContext& context) {
   const auto city =
       add_scene<CityRequest>(generate, context, "city",
                              "blocks of box buildings, streets with parked cars", generate_city);
   city.app->add_option("--blocks", city.options->request.blocks, "N: N x N blocks")
       ->capture_default_str();
+  add_city_detail(*city.app, city.options->request);
   const auto closed = add_scene<CityRequest>(generate, context, "closed-city",
                                              "a city where one sees along one's own street only",
                                              generate_closed_city);
@@ -108,6 +127,8 @@ void add_generate_command(CLI::App& app, CommandContext& context) {
       "the same bytes on every machine.\n"
       "Examples:\n"
       "  pvsfarm generate city --blocks 20 -o city.obj\n"
+      "  pvsfarm generate city --blocks 10 --districts 12 --building-triangles 96 --cars 3000 "
+      "\\\n    --car-triangles 1400 --moving-cars --lanes 2 --cell-size 20.2 -o durand.glb\n"
       "  pvsfarm generate forest --trees 500 --leaves 1000 --seed 7 -o forest.glb\n"
       "  pvsfarm generate rooms --rooms 6 --cell-size 1 -o rooms.obj");
   add_cities(*generate, context);

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "coordinator/generate/city_detail.hpp"
 #include "coordinator/generate/mesh_kit.hpp"
 
 namespace pvsfarm {
@@ -65,9 +66,16 @@ SourceObject make_car(Random& random, const CarRow& row, const CarPlace& place, 
                     {snap(place.along + middle + half_along), snap(place.away + half_across), hi}});
   };
   SourceObject car{.name = std::move(name)};
-  add_box(car, rectangle(0, half_length, half_width, 0, waist));
-  add_frustum(car, rectangle(shift, half_length * 0.65, half_width * 0.95, waist, roof),
-              rectangle(shift, half_length * 0.42, half_width * 0.8, waist, roof));
+  const CarShape shape{
+      .body = rectangle(0, half_length, half_width, 0, waist),
+      .cabin = rectangle(shift, half_length * 0.65, half_width * 0.95, waist, roof),
+      .roof = rectangle(shift, half_length * 0.42, half_width * 0.8, waist, roof)};
+  if (row.triangles != kPlainCarTriangles) {
+    add_detailed_car(car, shape, row.triangles);
+    return car;
+  }
+  add_box(car, shape.body);
+  add_frustum(car, shape.cabin, shape.roof);
   return car;
 }
 

@@ -30,6 +30,7 @@ struct CarRow {
   double clear_m = 0;  // at both ends of the side, where no car stands
   std::string prefix;  // of the names; numbers from `first` on follow
   int first = 0;
+  int triangles = 24;  // of a car; see city_detail.hpp
 };
 inline constexpr int kCarsPerSide = 10;
 inline constexpr double kHighestCar_m = 1.48;

@@ -25,11 +25,11 @@ struct ClosedStreet {
 std::vector<ClosedStreet> closed_streets(const StreetNetwork& network) {
   std::vector<ClosedStreet> streets;
   const double begin = network.block_begin(0);
-  const double end = network.block_begin(network.blocks - 1) + network.block_m;
-  for (int s = 1; s < network.blocks; ++s) {
+  const double end = network.block_begin(network.columns - 1) + network.block_m;
+  for (int s = 1; s < network.columns; ++s) {
     const double lo = network.street_begin(s), hi = lo + network.street_m;
     streets.push_back({{{begin, lo, 0}, {end, hi, 0}}, 0});
-    for (int b = 0; b < network.blocks; ++b) {
+    for (int b = 0; b < network.columns; ++b) {
       const double from = network.block_begin(b);
       streets.push_back({{{lo, from, 0}, {hi, from + network.block_m, 0}}, 1});
     }
@@ -63,7 +63,7 @@ void add_block(GeneratedScene& scene, const CityRequest& request, const StreetNe
   for (const Box& box : make_block(random, corner, network.block_m, style))
     scene.source.objects.push_back(box_object(numbered("building", {bx, by, number++}), box));
 
-  const int last = network.blocks - 1;
+  const int last = network.columns - 1;
   const std::array<bool, 4> has_street{by > 0, by<last, bx> 0, bx < last};
   for (int side = 0; side < 4; ++side) {
     if (!has_street[side]) continue;
@@ -81,7 +81,8 @@ void add_block(GeneratedScene& scene, const CityRequest& request, const StreetNe
 
 std::vector<Box> closed_city_streets(const CityRequest& request) {
   std::vector<Box> boxes;
-  for (const ClosedStreet& street : closed_streets({.blocks = request.blocks})) {
+  for (const ClosedStreet& street :
+       closed_streets({.columns = request.blocks, .rows = request.blocks})) {
     boxes.push_back(free_space(street));
     boxes.back().hi.z = kHighest_m;
   }
@@ -90,7 +91,7 @@ std::vector<Box> closed_city_streets(const CityRequest& request) {
 
 Result<GeneratedScene> generate_closed_city(const CityRequest& request) {
   if (Status s = check_range("--blocks", request.blocks, 2, kMaxBlocks); !s) return s.error();
-  const StreetNetwork network{.blocks = request.blocks};
+  const StreetNetwork network{.columns = request.blocks, .rows = request.blocks};
   const std::vector<ClosedStreet> streets = closed_streets(network);
   double street_area_m2 = 0;
   for (const ClosedStreet& s : streets) street_area_m2 += s.box.size().x * s.box.size().y;

@@ -69,9 +69,7 @@ Status check(const ForestRequest& request, const StreetNetwork& network) {
   if (static_cast<std::int64_t>(request.trees) * request.leaves > kMaxLeavesInAll)
     return Error{ErrorKind::kCommandLine, "--trees times --leaves must not pass " +
                                               std::to_string(kMaxLeavesInAll) + " triangles"};
-  const double blocks_m = network.blocks * network.block_m;
-  return check_cell_size(request.cell_size,
-                         network.extent_m() * network.extent_m() - blocks_m * blocks_m);
+  return check_cell_size(request.cell_size, network.street_area_m2());
 }
 
 // A thicket: trees on a jittered grid, crowns as upright cylinders that reach into each other.
@@ -168,17 +166,16 @@ Result<GeneratedScene> generate_forest(const ForestRequest& request) {
   if (request.glades != 0) return generate_thicket(request);
   constexpr int kPerCompartment = kTreesPerSide * kTreesPerSide;
   const int compartments = std::max(1, (request.trees + kPerCompartment - 1) / kPerCompartment);
+  const int side = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(compartments))));
   const StreetNetwork network{
-      .blocks = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(compartments)))),
-      .block_m = kTreesPerSide * kTreePitch_m,
-      .street_m = kRide_m};
+      .columns = side, .rows = side, .block_m = kTreesPerSide * kTreePitch_m, .street_m = kRide_m};
   if (Status s = check(request, network); !s) return s.error();
 
   GeneratedScene scene;
   int planted = 0;
-  for (int by = 0; by < network.blocks; ++by)
-    for (int bx = 0; bx < network.blocks; ++bx) {
-      const int number = by * network.blocks + bx;
+  for (int by = 0; by < network.rows; ++by)
+    for (int bx = 0; bx < network.columns; ++bx) {
+      const int number = by * network.columns + bx;
       Random random = stream_of(request.seed, static_cast<std::uint64_t>(number));
       SourceObject ground{.name = numbered("ground", {number}), .occluder = false};
       add_ground(ground, network.ground_tile(bx, by), kMaxCoordinate_m);

@@ -17,12 +17,26 @@ inline constexpr int kCarsPerBlock = 40;
 // of 0.5 to 2 m. 40 cars a block stand along the kerbs and on the lanes. Ground: a tile a block,
 // which does not occlude. Cells tile streets and crossings at eye height; no car reaches up to
 // them.
+//
+// Several districts of that kind stand in rows as near to a square as their number allows, and
+// share their streets; cells then tile the streets of the middle one only. With `lanes`, cells lie
+// along the streets. Buildings of more than 12 triangles are the same boxes with closed ledges on
+// their fronts, cars of more than 24 have the same outlines, tessellated, and wheels: a city of
+// the size of Durand 2000, section 7.1.
 struct CityRequest {
-  int blocks = 20;  // [limit] kMaxBlocks; blocks x blocks
+  int blocks = 20;  // [limit] kMaxBlocks; blocks x blocks a district
   double cell_size = 5;
   std::uint64_t seed = 1;
+  int districts = 1;            // [limit] kMaxBlocks blocks along each side in all
+  int lanes = 0;                // [limit] kMaxLanes; 0: square cells; n: n cells abreast
+  int cars = -1;                // in all, spread evenly; -1: kCarsPerBlock a block, the most
+  int building_triangles = 12;  // each; a multiple of 12. [limit] kMaxBuildingTriangles
+  int car_triangles = 24;       // each; 24, or a multiple of 4 in city_detail.hpp's range
+  bool moving_cars = false;     // dynamic: cars never occlude
 };
 inline constexpr int kMaxBlocks = 200;
+inline constexpr int kMaxLanes = 16;
+inline constexpr int kMaxBuildingTriangles = 12'000;
 Result<GeneratedScene> generate_city(const CityRequest& request);
 
 // A city whose answer is known: from a street one sees along this street and nowhere else.
@@ -30,7 +44,7 @@ Result<GeneratedScene> generate_city(const CityRequest& request);
 // courts, one a block, closed by gates flush with the crossing streets' fronts. No gaps; the
 // buildings are 24 to 35 m high, so that nothing behind the fronts shows over the roofs. Hence what
 // a cell sees is among the objects whose boxes meet the box of its street or court.
-// At least 2 blocks; no ring road.
+// At least 2 blocks; no ring road. Of the request it takes blocks, cell size and seed.
 Result<GeneratedScene> generate_closed_city(const CityRequest& request);
 // The streets and courts of that city: their free space, from front to front and gate to gate.
 std::vector<Box> closed_city_streets(const CityRequest& request);

@@ -31,8 +31,12 @@ std::vector<double> even_steps(double lo, double hi, double step) {
 }
 
 void tile_cells(std::vector<RootCell>& cells, const Box& region, double cell_size) {
-  const std::vector<double> xs = even_steps(region.lo.x, region.hi.x, cell_size);
-  const std::vector<double> ys = even_steps(region.lo.y, region.hi.y, cell_size);
+  tile_cells(cells, region, Vec2{cell_size, cell_size});
+}
+
+void tile_cells(std::vector<RootCell>& cells, const Box& region, const Vec2& longest) {
+  const std::vector<double> xs = even_steps(region.lo.x, region.hi.x, longest.x);
+  const std::vector<double> ys = even_steps(region.lo.y, region.hi.y, longest.y);
   for (std::size_t y = 0; y + 1 < ys.size(); ++y)
     for (std::size_t x = 0; x + 1 < xs.size(); ++x) {
       const Box box{{xs[x], ys[y], kEyeLow_m}, {xs[x + 1], ys[y + 1], kEyeHigh_m}};
@@ -41,21 +45,51 @@ void tile_cells(std::vector<RootCell>& cells, const Box& region, double cell_siz
 }
 
 Box StreetNetwork::ground_tile(int bx, int by) const {
-  const auto end = [&](int b) { return b + 1 == blocks ? extent_m() : street_begin(b + 1); };
-  return {{street_begin(bx), street_begin(by), 0}, {end(bx), end(by), 0}};
+  const auto end = [&](int b, int blocks) {
+    return b + 1 == blocks ? extent_m(blocks) : street_begin(b + 1);
+  };
+  return {{street_begin(bx), street_begin(by), 0}, {end(bx, columns), end(by, rows), 0}};
 }
 
-void tile_streets(std::vector<RootCell>& cells, const StreetNetwork& network, double cell_size) {
+namespace {
+
+// The longest cell of each part of a street, in x and y.
+struct StreetSteps {
+  Vec2 crossing, along_x, along_y;
+};
+
+struct BlockRange {
+  int first_column, columns, first_row, rows;
+};
+
+void tile_range(std::vector<RootCell>& cells, const StreetNetwork& network, const BlockRange& range,
+                const StreetSteps& steps) {
   constexpr double k = kClearOfFronts_m;
-  for (int y = 0; y <= network.blocks; ++y)
-    for (int x = 0; x <= network.blocks; ++x) {
+  const int columns_end = range.first_column + range.columns;
+  const int rows_end = range.first_row + range.rows;
+  const double block_m = network.block_m + 2 * k;
+  for (int y = range.first_row; y <= rows_end; ++y)
+    for (int x = range.first_column; x <= columns_end; ++x) {
       const double sx = network.street_begin(x) + k, sy = network.street_begin(y) + k;
       const double bx = network.block_begin(x) - k, by = network.block_begin(y) - k;
-      const double block_m = network.block_m + 2 * k;
-      tile_cells(cells, {{sx, sy, 0}, {bx, by, 0}}, cell_size);  // the crossing
-      if (x < network.blocks) tile_cells(cells, {{bx, sy, 0}, {bx + block_m, by, 0}}, cell_size);
-      if (y < network.blocks) tile_cells(cells, {{sx, by, 0}, {bx, by + block_m, 0}}, cell_size);
+      tile_cells(cells, {{sx, sy, 0}, {bx, by, 0}}, steps.crossing);
+      if (x < columns_end) tile_cells(cells, {{bx, sy, 0}, {bx + block_m, by, 0}}, steps.along_x);
+      if (y < rows_end) tile_cells(cells, {{sx, by, 0}, {bx, by + block_m, 0}}, steps.along_y);
     }
+}
+
+}  // namespace
+
+void tile_streets(std::vector<RootCell>& cells, const StreetNetwork& network, double cell_size) {
+  const Vec2 step{cell_size, cell_size};
+  tile_range(cells, network, {0, network.columns, 0, network.rows}, {step, step, step});
+}
+
+void tile_lanes(std::vector<RootCell>& cells, const StreetNetwork& network, const Lanes& lanes) {
+  const double across = (network.street_m - 2 * kClearOfFronts_m) / lanes.abreast;
+  const Vec2 along_x{lanes.cell_size, across}, along_y{across, lanes.cell_size};
+  tile_range(cells, network, {lanes.first_column, lanes.columns, lanes.first_row, lanes.rows},
+             {along_x, along_x, along_y});
 }
 
 Status check_cell_size(double cell_size, double free_area_m2) {

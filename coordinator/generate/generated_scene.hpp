@@ -42,16 +42,22 @@ std::vector<double> even_steps(double lo, double hi, double step);
 // Tiles `region` (its x and y) with cells no wider than `cell_size`, at eye height over z = 0.
 // Neighbours share their border bit for bit; ids count on from those already there.
 void tile_cells(std::vector<RootCell>& cells, const Box& region, double cell_size);
+// The same with cells no longer than `longest` along x and along y.
+void tile_cells(std::vector<RootCell>& cells, const Box& region, const Vec2& longest);
 
-// A city's pattern: `blocks` x `blocks` squares with streets between and around them.
+// A city's pattern: `columns` x `rows` square blocks with streets between and around them.
 // Block b begins at b * (block_m + street_m) + street_m; street s at s * (block_m + street_m).
 struct StreetNetwork {
-  int blocks = 1;
+  int columns = 1, rows = 1;
   double block_m = 60;
   double street_m = 14;
 
   double pitch_m() const { return block_m + street_m; }
-  double extent_m() const { return blocks * pitch_m() + street_m; }
+  // Of so many blocks in a row and the streets between and around them.
+  double extent_m(int blocks) const { return blocks * pitch_m() + street_m; }
+  double street_area_m2() const {
+    return extent_m(columns) * extent_m(rows) - columns * rows * block_m * block_m;
+  }
   double block_begin(int b) const { return b * pitch_m() + street_m; }
   double street_begin(int s) const { return s * pitch_m(); }
   // The ground around block (bx, by), so that the tiles of all blocks cover the whole extent.
@@ -62,6 +68,15 @@ struct StreetNetwork {
 // that touches a wall cannot use it, as one of its eyes is in the wall.
 inline constexpr double kClearOfFronts_m = 0.25;
 void tile_streets(std::vector<RootCell>& cells, const StreetNetwork& network, double cell_size);
+// The same over the streets between and around some of the blocks, with cells that lie lengthwise:
+// `lanes` abreast in a street (in a crossing along x), no longer than `cell_size`.
+struct Lanes {
+  double cell_size = 20;
+  int abreast = 2;
+  int first_column = 0, columns = 1;
+  int first_row = 0, rows = 1;
+};
+void tile_lanes(std::vector<RootCell>& cells, const StreetNetwork& network, const Lanes& lanes);
 
 // Errors: kCommandLine, if so many cells or coordinates so large would not be accepted later.
 Status check_cell_size(double cell_size, double free_area_m2);

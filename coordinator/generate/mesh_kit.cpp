@@ -47,6 +47,27 @@ void add_frustum(SourceObject& object, const Box& base, const Box& top) {
   add_hexahedron(object, corners);
 }
 
+void add_frustum(SourceObject& object, const Box& base, const Box& top,
+                 const std::array<int, 3>& cuts) {
+  std::array<std::vector<double>, 3> steps;
+  for (int a = 0; a < 3; ++a)
+    for (int i = 0; i <= cuts[a]; ++i) steps[a].push_back(static_cast<double>(i) / cuts[a]);
+  const std::size_t first = object.vertices.size();
+  add_lattice(object, {steps[0], steps[1], steps[2], [](int, int, int) { return true; }});
+  // From the unit cube to the frustum.
+  for (std::size_t v = first; v < object.vertices.size(); ++v) {
+    const Vec3 unit = object.vertices[v];
+    Vec3 at;
+    for (int a = 0; a < 2; ++a) {
+      const double lo = base.lo[a] + unit.z * (top.lo[a] - base.lo[a]);
+      const double hi = base.hi[a] + unit.z * (top.hi[a] - base.hi[a]);
+      at[a] = snap(lo + unit[a] * (hi - lo));
+    }
+    at.z = snap(base.lo.z + unit.z * (base.hi.z - base.lo.z));
+    object.vertices[v] = at;
+  }
+}
+
 void add_prism(SourceObject& object, const Extrusion& e) {
   const auto first = static_cast<std::uint32_t>(object.vertices.size());
   const auto n = static_cast<std::uint32_t>(e.profile.size());

@@ -2,6 +2,7 @@
 // Requires of all: coordinates already snapped, lo < hi.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <span>
 #include <string>
@@ -17,6 +18,10 @@ SourceObject box_object(std::string name, const Box& box);
 // A box whose top is another rectangle than its base: `base` gives z and the lower rectangle, `top`
 // the upper one.
 void add_frustum(SourceObject& object, const Box& base, const Box& top);
+// The same in cuts[0] x cuts[1] x cuts[2] pieces along x, y and z: a watertight surface of
+// 4 (xy + yz + zx) triangles.
+void add_frustum(SourceObject& object, const Box& base, const Box& top,
+                 const std::array<int, 3>& cuts);
 
 // A prism: `profile` (convex, counter-clockwise, y to the right and z up, seen from high x) drawn
 // along x from `x_lo` to `x_hi`; or along y, when `along_y`, with x for y mirrored.

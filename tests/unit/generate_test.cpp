@@ -38,6 +38,18 @@ std::ostream& operator<<(std::ostream& out, const Scene& scene) { return out << 
 
 const Scene kScenes[] = {
     {"city", [](std::uint64_t seed) { return generate_city({.blocks = 3, .seed = seed}); }},
+    {"large_city",
+     [](std::uint64_t seed) {
+       return generate_city({.blocks = 2,
+                             .cell_size = 21,
+                             .seed = seed,
+                             .districts = 2,
+                             .lanes = 2,
+                             .cars = 37,
+                             .building_triangles = 96,
+                             .car_triangles = 1400,
+                             .moving_cars = true});
+     }},
     {"closed_city",
      [](std::uint64_t seed) { return generate_closed_city({.blocks = 3, .seed = seed}); }},
     {"forest",

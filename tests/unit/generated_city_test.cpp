@@ -3,6 +3,7 @@
 
 #include <map>
 
+#include "coordinator/generate/city_detail.hpp"
 #include "coordinator/generate/generate.hpp"
 #include "tests/unit/generated_boxes.hpp"
 
@@ -78,6 +79,78 @@ TEST(City, has_cells_that_fill_streets_and_crossings_up_to_the_fronts) {
   }
   const double extent = 2 * 74 + 14 - 2 * kClearOfFronts_m, block = 60 + 2 * kClearOfFronts_m;
   EXPECT_DOUBLE_EQ(area, extent * extent - 4 * block * block);  // and they do not overlap: above
+}
+
+// Durand 2000, section 7.1: 12 districts, 1.8 million triangles of buildings, 3,000 cars of 1,400,
+// 1,500 cells in the streets of one district.
+TEST(City, of_the_size_of_durands_has_its_numbers) {
+  const CityRequest durand{.blocks = 10,
+                           .cell_size = 20.2,
+                           .districts = 12,
+                           .lanes = 2,
+                           .cars = 3000,
+                           .building_triangles = 96,
+                           .car_triangles = 1400,
+                           .moving_cars = true};
+  const GeneratedScene city = generate_city(durand).value();
+  std::size_t cars = 0, cars_triangles = 0, buildings = 0, buildings_triangles = 0;
+  Box all;
+  for (const SourceObject& object : city.source.objects) {
+    const bool car = is_a(object, "car");
+    all.add(box_of(object));
+    EXPECT_EQ(object.dynamic, car) << object.name;
+    if (car) ++cars, cars_triangles += object.triangles.size();
+    if (is_a(object, "building")) ++buildings, buildings_triangles += object.triangles.size();
+  }
+  EXPECT_EQ(cars, 3000u);
+  EXPECT_EQ(cars_triangles, 3000u * 1400u);
+  EXPECT_EQ(buildings, 12u * 100u * 16u);
+  EXPECT_EQ(buildings_triangles, 12u * 100u * 16u * 96u);
+  EXPECT_NEAR(static_cast<double>(city.cells.size()), 1500, 100);
+  EXPECT_EQ(all.size().x, 40 * 74 + 14);
+  EXPECT_EQ(all.size().y, 30 * 74 + 14);
+  // All cells in one district, in its streets and those around it.
+  Box cells;
+  for (const Box& cell : cell_boxes(city)) {
+    cells.add(cell);
+    EXPECT_GT(std::max(cell.size().x, cell.size().y), 1.9 * std::min(cell.size().x, cell.size().y));
+  }
+  EXPECT_EQ(cells.size().x, 10 * 74 + 14 - 2 * kClearOfFronts_m);
+  EXPECT_EQ(cells.lo.x - kClearOfFronts_m, 10 * 74);
+}
+
+TEST(City, with_detail_has_the_outlines_of_the_plain_one) {
+  const GeneratedScene plain = generate_city({.blocks = 2}).value();
+  const GeneratedScene heavy =
+      generate_city({.blocks = 2, .building_triangles = 120, .car_triangles = 600}).value();
+  ASSERT_EQ(plain.source.objects.size(), heavy.source.objects.size());
+  for (std::size_t i = 0; i < plain.source.objects.size(); ++i) {
+    const SourceObject &thin = plain.source.objects[i], &rich = heavy.source.objects[i];
+    ASSERT_EQ(thin.name, rich.name);
+    const Box a = box_of(thin), b = box_of(rich);
+    const double grown = is_a(thin, "building") ? kLedgeDepth_m : 1.0 / 1024;
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(a.lo[axis], b.lo[axis], grown) << thin.name;
+      EXPECT_NEAR(a.hi[axis], b.hi[axis], grown) << thin.name;
+    }
+    if (!is_a(thin, "building")) continue;
+    EXPECT_TRUE(std::equal(thin.triangles.begin(), thin.triangles.end(), rich.triangles.begin()));
+    EXPECT_TRUE(std::equal(thin.vertices.begin(), thin.vertices.end(), rich.vertices.begin()));
+  }
+}
+
+TEST(City, names_the_option_that_asks_for_too_much_detail) {
+  for (const auto& [request, option] :
+       {std::pair{CityRequest{.blocks = 2, .cars = 161}, "--cars"},
+        std::pair{CityRequest{.building_triangles = 90}, "--building-triangles"},
+        std::pair{CityRequest{.car_triangles = 100}, "--car-triangles"},
+        std::pair{CityRequest{.car_triangles = 1402}, "--car-triangles"},
+        std::pair{CityRequest{.blocks = 100, .districts = 12}, "--districts"},
+        std::pair{CityRequest{.lanes = -1}, "--lanes"}}) {
+    const Result<GeneratedScene> city = generate_city(request);
+    ASSERT_FALSE(city);
+    EXPECT_NE(city.error().text.find(option), std::string::npos) << city.error().text;
+  }
 }
 
 TEST(ClosedCity, has_fronts_without_gaps_around_every_street) {

@@ -1,0 +1,72 @@
+#!/usr/bin/env bash
+# A city of the size of Durand 2000, section 7.1: 12 districts, 19,200 buildings of 96 triangles,
+# 3,000 moving cars of 1,400, 6 million triangles in all, and the street cells of one district,
+# which a budget splits. Bakes it from the GLB file and prints a table of what that took; exits
+# with 1 where a limit is not kept. Wants two quiet cores and about 4 GB.
+#   bash tests/bench/durand.sh [FOLDER]      (default: build/durand)
+#   WORKERS=2 BUDGET=150000 MIN_CELL=1 LIMIT_SECONDS=600 bash tests/bench/durand.sh
+# Arguments in BAKE_OPTIONS go to `pvsfarm bake`. Builds nothing: build/release must be up to date.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+folder=${1:-build/durand}
+workers=${WORKERS:-2}
+budget=${BUDGET:-150000}
+min_cell=${MIN_CELL:-1}
+limit_seconds=${LIMIT_SECONDS:-600}
+pvsfarm=build/release/bin/pvsfarm
+mkdir -p "$folder"
+
+"$pvsfarm" generate city --blocks 10 --districts 12 --building-triangles 96 --cars 3000 \
+  --car-triangles 1400 --moving-cars --lanes 2 --cell-size 20.2 -o "$folder/city.glb" >&2
+begin=$SECONDS
+# shellcheck disable=SC2086
+"$pvsfarm" bake "$folder/city.glb" --cells "$folder/city.cells.json" \
+  --tags "$folder/city.tags.json" -o "$folder/city.pvs" --fresh --workers "$workers" \
+  --budget "$budget" --min-cell "$min_cell" --json ${BAKE_OPTIONS:-} > "$folder/bake.json" &
+bake=$!
+trap 'kill "$bake" 2>/dev/null || true' EXIT
+
+# The most memory each process ever held, as the system counts it, until it ends.
+peak_kb() {
+  sed -n 's/^VmHWM:[[:space:]]*\([0-9]*\) kB/\1/p' "/proc/$1/status" 2>/dev/null || true
+}
+larger() { [ "${1:-0}" -gt "${2:-0}" ] && echo "$1" || echo "${2:-0}"; }
+coordinator_kb=0 worker_kb=0
+while kill -0 "$bake" 2>/dev/null; do
+  coordinator_kb=$(larger "$(peak_kb "$bake")" "$coordinator_kb")
+  for child in $(pgrep -P "$bake" || true); do
+    worker_kb=$(larger "$(peak_kb "$child")" "$worker_kb")
+  done
+  sleep 2
+done
+wait "$bake"
+trap - EXIT
+seconds=$((SECONDS - begin))  # import included
+
+"$pvsfarm" inspect "$folder/city.pvs" --json > "$folder/inspect.json"
+field() { grep -o "\"$2\":[0-9.eE+-]*" "$1" | head -n 1 | cut -d: -f2; }
+failed=0
+# row WHAT VALUE LIMIT: a table row; LIMIT as a comparison of awk, or nothing
+row() {
+  local verdict=""
+  if [ -n "${3:-}" ]; then
+    verdict=kept
+    awk "BEGIN { exit !($2 $3) }" || { verdict=MISSED; failed=1; }
+  fi
+  printf '| %s | %s | %s | %s |\n' "$1" "$2" "${3:-}" "$verdict"
+}
+store="$folder/inspect.json" summary="$folder/bake.json"
+leaves=$(field "$summary" leaves)
+bytes=$(awk "BEGIN { printf \"%.1f\", ($(field "$store" set_bytes_per_cell) + \
+  $(field "$store" geometry_bytes_per_cell)) * $(field "$summary" cells) / $leaves }")
+echo "| Durand's city | measured | limit | |"
+echo "|---|---:|---:|---|"
+row "cells evaluated" "$(field "$summary" evaluated)"
+row "leaf cells" "$leaves"
+row "culled, % of triangles" "$(field "$summary" culled_percent)" ">= 96"
+row "whole bake, seconds" "$seconds" "<= $limit_seconds"
+row "CPU a cell, ms" "$(field "$summary" worker_cpu_ms_per_cell)"
+row "bytes a leaf cell, all that is stored of cells" "$bytes" "<= 100"
+row "memory of the coordinator, kB" "$coordinator_kb" "<= 2097152"
+row "memory of a worker, kB" "$worker_kb" "<= 2097152"
+exit "$failed"
