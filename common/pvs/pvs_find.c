@@ -88,18 +88,22 @@ pvs_status pvs_find(const pvs_store* s, const double point[3], uint32_t* cells, 
   finding f = {cells, capacity, 0, s->node_count};
   uint64_t i = 0;
   *count = 0;
-  /* Boxes of level l cover 16^l roots each. At root i, try the largest box that begins there. */
+  /* Boxes of level l cover 16^(l + 1) roots each. At root i, try the largest box that begins
+   * there. */
   while (i < s->root_count) {
     uint32_t level = 0;
-    uint64_t span = 1;
+    uint64_t span = PVS_LOCATE_FANOUT;
     while (level + 1 < s->locate_levels && i % (span * PVS_LOCATE_FANOUT) == 0) {
       ++level;
       span *= PVS_LOCATE_FANOUT;
     }
     while (box_holds(s->locate_boxes[level] + i / span * PVS_LOCATE_BOX_BYTES, p)) {
       if (level == 0) {
-        const pvs_status status = find_below(s, load_u32(s->locate_roots + i * 4), p, &f);
-        if (status != PVS_OK) return status;
+        uint64_t root;
+        for (root = i; root < i + span && root < s->root_count; ++root) {
+          const pvs_status status = find_below(s, load_u32(s->locate_roots + root * 4), p, &f);
+          if (status != PVS_OK) return status;
+        }
         break;
       }
       --level;

@@ -4,7 +4,7 @@
 #ifndef PVS_FORMAT_H
 #define PVS_FORMAT_H
 
-#define PVS_FORMAT_VERSION 2u
+#define PVS_FORMAT_VERSION 3u
 #define PVS_HEAD_MAGIC "\x89PVS\r\n\x1a\n" /* as PNG's: a transfer as text breaks it */
 #define PVS_TAIL_MAGIC "PVS END\n"
 #define PVS_NO_PARENT 0xffffffffu
@@ -42,39 +42,48 @@ enum {                             /* an object */
 };
 enum { PVS_FLAG_OCCLUDER = 1, PVS_FLAG_OCCLUDEE = 2, PVS_FLAG_DYNAMIC = 4 };
 
-enum { /* the head of a chunk; nodes, frames, words, columns, row ends and rows follow */
-       PVS_CHUNK_NODES = 0,      /* u32 */
-       PVS_CHUNK_FRAMES = 4,     /* u32 */
-       PVS_CHUNK_ENTRIES = 8,    /* u32: words in the dictionary */
-       PVS_CHUNK_ROW_SETS = 12,  /* u32: 1: visible; 2: visible, then seen */
-       PVS_CHUNK_ROW_BYTES = 16, /* u32 */
-       PVS_CHUNK_HEAD_BYTES = 24
+enum { /* the head of a chunk; columns, frames, coordinates, group ends and groups follow */
+       PVS_CHUNK_NODES = 0,        /* u32 */
+       PVS_CHUNK_FRAMES = 4,       /* u32 */
+       PVS_CHUNK_COORDINATES = 8,  /* u32 */
+       PVS_CHUNK_ROW_SETS = 12,    /* u32: 1: visible; 2: visible and seen */
+       PVS_CHUNK_GROUP_BYTES = 16, /* u32 */
+       PVS_CHUNK_COLUMNS = 24,     /* a column's head for each field of a node */
+       PVS_COLUMN_BASE = 0,        /* u64 */
+       PVS_COLUMN_WIDTH = 8,       /* u32: bytes a number, 0 to 8 */
+       PVS_COLUMN_HEAD_BYTES = 16,
+       PVS_NODE_FIELDS = 16,
+       PVS_CHUNK_HEAD_BYTES = PVS_CHUNK_COLUMNS + PVS_NODE_FIELDS * PVS_COLUMN_HEAD_BYTES
 };
 
-enum {                                  /* a node */
-       PVS_NODE_LO = 0,                 /* f64[3] */
-       PVS_NODE_HI = 24,                /* f64[3] */
-       PVS_NODE_ROOT_ID = 48,           /* i64 */
-       PVS_NODE_PATH = 56,              /* u64 */
-       PVS_NODE_ROOT = 64,              /* u32 */
-       PVS_NODE_PARENT = 68,            /* u32, or PVS_NO_PARENT */
-       PVS_NODE_FRAME = 72,             /* u32: 0: axis-aligned; k: frame k - 1 of the chunk */
-       PVS_NODE_FLAGS = 76,             /* u32 */
-       PVS_NODE_VISIBLE_OBJECTS = 80,   /* u32: the size of its sets */
-       PVS_NODE_VISIBLE_TRIANGLES = 84, /* u32 */
-       PVS_NODE_SEEN_OBJECTS = 88,      /* u32 */
-       PVS_NODE_SEEN_TRIANGLES = 92,    /* u32 */
-       PVS_NODE_BYTES = 96
+enum {                                  /* the fields of a node: a column each */
+       PVS_NODE_BOX = 0,                /* six: numbers of coordinates: lo, then hi */
+       PVS_NODE_ROOT_ID = 6,            /* i64 */
+       PVS_NODE_PATH = 7,               /* u64 */
+       PVS_NODE_ROOT = 8,               /* u32 */
+       PVS_NODE_PARENT = 9,             /* u32: so many nodes before; 0: none */
+       PVS_NODE_FRAME = 10,             /* u32: 0: axis-aligned; k: frame k - 1 of the chunk */
+       PVS_NODE_FLAGS = 11,             /* u32: PVS_FLAG_*, and the reason times PVS_FIELD_REASON */
+       PVS_NODE_VISIBLE_OBJECTS = 12,   /* u32: the size of its sets */
+       PVS_NODE_VISIBLE_TRIANGLES = 13, /* u32 */
+       PVS_NODE_SEEN_OBJECTS = 14,      /* u32 */
+       PVS_NODE_SEEN_TRIANGLES = 15     /* u32 */
 };
+enum { PVS_FIELD_REASON = 4 };
+
+enum {                         /* subtrees: a number a node follows */
+       PVS_SUBTREES_WIDTH = 0, /* u32: bytes a number, 0 to 4 */
+       PVS_SUBTREES_HEAD_BYTES = 8
+};
+
 enum { PVS_FLAG_LEAF = 1, PVS_FLAG_QUARANTINED = 2 };
-enum { PVS_REASON_SHIFT = 8, PVS_REASON_MASK = 15 }; /* of the flags: a pvs_reason */
 enum { PVS_FRAME_BYTES = 96 };                       /* f64[12]: origin, three axes */
 
-enum {                       /* location: roots, boxes of every level */
+enum {                       /* location: roots, boxes of 16 of them, of 256, ... */
        PVS_LOCATE_ROOTS = 0, /* u32 */
        PVS_LOCATE_HEAD_BYTES = 8,
        PVS_LOCATE_FANOUT = 16,
-       PVS_LOCATE_MAX_LEVELS = 9, /* 16^8 >= 2^32 */
+       PVS_LOCATE_MAX_LEVELS = 8, /* 16^8 >= 2^32 */
        PVS_LOCATE_BOX_BYTES = 24  /* f32[6] */
 };
 

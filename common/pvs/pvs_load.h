@@ -35,7 +35,19 @@ static inline void load_vec3(const unsigned char* p, double out[3]) {
   for (a = 0; a < 3; ++a) out[a] = load_f64(p + 8 * a);
 }
 
+static inline uint64_t load_number(const unsigned char* p, uint32_t width) {
+  uint64_t value = 0;
+  while (width > 0) value = value << 8 | p[--width];
+  return value;
+}
+
 static inline uint64_t padded(uint64_t bytes) { return (bytes + 7) & ~(uint64_t)7; }
+
+/* The node after the last descendant of a node. */
+static inline uint64_t subtree_end(const pvs_store* s, uint32_t node) {
+  return 1 + (uint64_t)node +
+         load_number(s->subtrees + (uint64_t)node * s->subtree_width, s->subtree_width);
+}
 
 /* An entry of the directory, and the bytes of its block. */
 static inline const unsigned char* entry_of(const pvs_store* s, uint32_t block) {

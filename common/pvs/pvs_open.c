@@ -128,19 +128,22 @@ static pvs_status open_tables(pvs_store* s, pvs_damage* damage) {
   expected = PVS_LOCATE_HEAD_BYTES + padded((uint64_t)s->root_count * 4);
   s->locate_levels = 0;
   for (boxes = s->root_count; boxes > 0;) {
+    boxes = (boxes + PVS_LOCATE_FANOUT - 1) / PVS_LOCATE_FANOUT;
     level = s->locate_levels++;
     s->locate_boxes[level] = locate + (expected < length ? expected : 0);
     expected += boxes * PVS_LOCATE_BOX_BYTES;
     if (boxes == 1) break;
-    boxes = (boxes + PVS_LOCATE_FANOUT - 1) / PVS_LOCATE_FANOUT;
   }
   if (length != expected || load_u32(locate + 4) != 0)
     return fail(PVS_DAMAGED, damage, (uint64_t)(locate - s->bytes), name_of(PVS_BLOCK_LOCATE));
 
   s->subtrees = block_bytes(s, block - 1, &length);
-  if (length != padded((uint64_t)s->node_count * 4))
+  s->subtree_width = length < PVS_SUBTREES_HEAD_BYTES ? 5 : load_u32(s->subtrees);
+  if (s->subtree_width > 4 ||
+      length != PVS_SUBTREES_HEAD_BYTES + padded((uint64_t)s->node_count * s->subtree_width))
     return fail(PVS_DAMAGED, damage, (uint64_t)(s->subtrees - s->bytes),
                 name_of(PVS_BLOCK_SUBTREES));
+  s->subtrees += PVS_SUBTREES_HEAD_BYTES;
 
   s->objects = block_bytes(s, 1, &length);
   s->names = block_bytes(s, 2, &s->name_bytes);

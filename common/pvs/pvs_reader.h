@@ -5,7 +5,7 @@
  *   if (pvs_open_file(&store, "city.pvs", NULL) != PVS_OK) ...
  *   uint32_t cell, count;
  *   pvs_find(&store, eye, &cell, 1, &count);
- *   if (count > 0) pvs_read_set(&store, cell, PVS_VISIBLE, words);   // else: draw everything
+ *   if (count > 0) pvs_read_sets(&store, cell, words, NULL, scratch);   // else: draw everything
  *
  * A cell is named by its index among the nodes of the hierarchy, in canonical order: by root, a
  * node before its children. Only leaves are found by pvs_find. An object is named by its id; object
@@ -63,6 +63,7 @@ typedef struct pvs_store {
   const unsigned char* names;
   uint64_t name_bytes;
   const unsigned char* subtrees;
+  uint32_t subtree_width;
   const unsigned char* locate_roots;
   const unsigned char* locate_boxes[PVS_LOCATE_MAX_LEVELS];
   uint32_t locate_levels;
@@ -105,8 +106,6 @@ typedef struct pvs_node_info {
   int turned; /* 0: origin 0 and the coordinate axes */
 } pvs_node_info;
 
-typedef enum pvs_set { PVS_VISIBLE = 0, PVS_SEEN = 1 } pvs_set;
-
 /* Maps the file, which must not be cut while it is in use (a new store of the same name is no harm:
  * it is another file). `damage` (or NULL) gets the place of what is wrong. POSIX only; elsewhere
  * read the file and use pvs_open_memory. */
@@ -132,20 +131,11 @@ pvs_status pvs_node(const pvs_store* store, uint32_t node, pvs_node_info* info);
 pvs_status pvs_find(const pvs_store* store, const double point[3], uint32_t* cells,
                     uint32_t capacity, uint32_t* count);
 
-/* Fills `words` (word_count of them) with a set of objects. */
-pvs_status pvs_read_set(const pvs_store* store, uint32_t node, pvs_set set, uint64_t* words);
-
-/* The non-zero words of a set, by ascending position: for lists, or scenes of millions of objects.
- *   for (status = pvs_row_open(...); status == PVS_OK && pvs_row_next(&row, &i, &word);) ...
- *   if (row.status != PVS_OK) ... */
-typedef struct pvs_row {
-  const unsigned char *at, *end, *words, *columns;
-  uint64_t entry; /* the lowest that may come next */
-  uint32_t entry_count, word_count, object_count;
-  pvs_status status; /* PVS_DAMAGED once something was */
-} pvs_row;
-pvs_status pvs_row_open(const pvs_store* store, uint32_t node, pvs_set set, pvs_row* row);
-int pvs_row_next(pvs_row* row, uint32_t* position, uint64_t* word);
+/* Fills `visible` and `seen` (word_count words each, or NULL) with a cell's sets. `scratch`: room
+ * for pvs_scratch_words(store) words, whose content means nothing; one for each thread. */
+uint64_t pvs_scratch_words(const pvs_store* store);
+pvs_status pvs_read_sets(const pvs_store* store, uint32_t node, uint64_t* visible, uint64_t* seen,
+                         uint64_t* scratch);
 
 /* XXH64 with seed 0: the checksum of blocks. */
 uint64_t pvs_checksum(const void* bytes, size_t size);

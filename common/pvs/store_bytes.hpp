@@ -24,10 +24,14 @@ class ByteWriter {
     for (; value >= 0x80; value >>= 7) bytes_.push_back(static_cast<std::byte>(value | 0x80));
     bytes_.push_back(static_cast<std::byte>(value));
   }
+  // In the lowest `width` bytes.
+  void put_number(std::uint64_t value, int width) { put(value, width); }
   void put_bytes(std::span<const std::byte> data) {
     bytes_.insert(bytes_.end(), data.begin(), data.end());
   }
   void pad() { bytes_.resize((bytes_.size() + 7) & ~std::size_t{7}); }  // to 8 bytes, with zeros
+  // Bytes that hold all numbers up to `greatest`.
+  static int width_of(std::uint64_t greatest) { return (std::bit_width(greatest) + 7) / 8; }
   std::size_t size() const { return bytes_.size(); }
   std::span<const std::byte> bytes() const { return bytes_; }
 

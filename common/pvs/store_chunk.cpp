@@ -6,14 +6,19 @@
 
 #include "common/base/check.hpp"
 #include "common/pvs/pvs_format.h"
+#include "common/pvs/pvs_sets.h"
 
 namespace pvsfarm {
+namespace {
 
-std::size_t ChunkBuilder::EntryHash::operator()(const Entry& entry) const {
-  std::uint64_t h = (entry.word ^ entry.position * 0x9e3779b97f4a7c15ull) * 0xbf58476d1ce4e5b9ull;
-  h ^= h >> 32;
-  return static_cast<std::size_t>(h * 0x94d049bb133111ebull >> 7);
-}
+static_assert(PVS_NODE_FIELDS == 16 && PVS_NODE_BOX == 0);
+
+// A word's bits, node by node: what pvs_group::rows holds of its objects.
+struct Members {
+  std::vector<std::uint32_t> ids, rows;
+};
+
+}  // namespace
 
 std::uint32_t ChunkBuilder::frame_of(const Cell& cell) {
   static const Cell kAligned;
@@ -33,96 +38,142 @@ std::uint32_t ChunkBuilder::frame_of(const Cell& cell) {
   return at->second;
 }
 
-ChunkBuilder::Row ChunkBuilder::row_of(const VisibleSet& set) {
-  Row row;
-  const auto words = set.words();
-  for (std::size_t position = 0; position < words.size(); ++position) {
-    if (words[position] == 0) continue;
-    const Entry entry{static_cast<std::uint32_t>(position), words[position]};
-    const auto number = static_cast<std::uint32_t>(entry_numbers_.size());
-    row.push_back(entry_numbers_.try_emplace(entry, number).first->second);
-  }
-  words_held_ += row.size();
-  return row;
-}
-
-void ChunkBuilder::add(const StoreNode& node, std::uint32_t parent, const NodeSizes& sizes) {
+void ChunkBuilder::add(const StoreNode& node, std::uint32_t index, std::uint32_t parent,
+                       const NodeSizes& sizes) {
   const LeafReason reason = !node.leaf         ? LeafReason::kNone
                             : node.quarantined ? LeafReason::kGivenUp
                                                : node.reason;
   PVS_CHECK_EQ(node.leaf, (reason != LeafReason::kNone));
-  std::uint32_t flags = static_cast<std::uint32_t>(reason) << PVS_REASON_SHIFT;
+  std::uint32_t flags = static_cast<std::uint32_t>(reason) * PVS_FIELD_REASON;
   if (node.leaf) flags |= PVS_FLAG_LEAF;
   if (node.quarantined) flags |= PVS_FLAG_QUARANTINED;
-  nodes_.push_back({node.key, node.root_id, parent, frame_of(node.cell), flags, sizes, node.cell.lo,
-                    node.cell.hi});
-  visible_.push_back(row_of(node.visible));
-  seen_.push_back(row_of(node.seen));
+  Node made{};
+  made.fields[PVS_NODE_ROOT_ID] = static_cast<std::uint64_t>(node.root_id);
+  made.fields[PVS_NODE_PATH] = node.key.path;
+  made.fields[PVS_NODE_ROOT] = node.key.root;
+  made.fields[PVS_NODE_PARENT] = parent == PVS_NO_PARENT ? 0 : index - parent;
+  made.fields[PVS_NODE_FRAME] = frame_of(node.cell);
+  made.fields[PVS_NODE_FLAGS] = flags;
+  made.fields[PVS_NODE_VISIBLE_OBJECTS] = sizes.visible_objects;
+  made.fields[PVS_NODE_VISIBLE_TRIANGLES] = sizes.visible_triangles;
+  made.fields[PVS_NODE_SEEN_OBJECTS] = sizes.seen_objects;
+  made.fields[PVS_NODE_SEEN_TRIANGLES] = sizes.seen_triangles;
+  for (int a = 0; a < 3; ++a) {
+    made.box[a] = node.cell.lo[a];
+    made.box[3 + a] = node.cell.hi[a];
+  }
+  const auto visible = node.visible.words(), seen = node.seen.words();
+  for (std::size_t position = 0; position < visible.size(); ++position)
+    if ((visible[position] | seen[position]) != 0)
+      made.words.push_back(
+          {static_cast<std::uint32_t>(position), visible[position], seen[position]});
+  universe_ = node.visible.universe();
+  words_held_ += made.words.size();
+  has_seen_ = has_seen_ || sizes.seen_objects > 0;
+  nodes_.push_back(std::move(made));
 }
 
-std::vector<std::uint32_t> ChunkBuilder::sorted_places(std::vector<Entry>& sorted) const {
-  std::vector<std::pair<Entry, std::uint32_t>> numbered(entry_numbers_.begin(),
-                                                        entry_numbers_.end());
-  std::sort(numbered.begin(), numbered.end());
-  std::vector<std::uint32_t> places(numbered.size());
-  for (std::size_t place = 0; place < numbered.size(); ++place) {
-    places[numbered[place].second] = static_cast<std::uint32_t>(place);
-    sorted.push_back(numbered[place].first);
+std::vector<std::uint64_t> ChunkBuilder::number_coordinates() {
+  std::vector<std::uint64_t> coordinates;
+  for (const Node& node : nodes_)
+    for (const double v : node.box) coordinates.push_back(std::bit_cast<std::uint64_t>(v));
+  std::sort(coordinates.begin(), coordinates.end());
+  coordinates.erase(std::unique(coordinates.begin(), coordinates.end()), coordinates.end());
+  for (Node& node : nodes_)
+    for (std::size_t a = 0; a < node.box.size(); ++a)
+      node.fields[PVS_NODE_BOX + a] =
+          static_cast<std::uint64_t>(std::lower_bound(coordinates.begin(), coordinates.end(),
+                                                      std::bit_cast<std::uint64_t>(node.box[a])) -
+                                     coordinates.begin());
+  return coordinates;
+}
+
+void ChunkBuilder::put_columns(ByteWriter& heads, ByteWriter& numbers) const {
+  for (std::size_t field = 0; field < PVS_NODE_FIELDS; ++field) {
+    // Signed, as ids of roots are: differences are right modulo 2^64 either way.
+    const auto less = [field](const Node& a, const Node& b) {
+      return static_cast<std::int64_t>(a.fields[field]) <
+             static_cast<std::int64_t>(b.fields[field]);
+    };
+    const auto [least, most] = std::minmax_element(nodes_.begin(), nodes_.end(), less);
+    const std::uint64_t base = least->fields[field];
+    const int width = ByteWriter::width_of(most->fields[field] - base);
+    heads.put_u64(base);
+    heads.put_u32(static_cast<std::uint32_t>(width));
+    heads.put_u32(0);
+    for (const Node& node : nodes_) numbers.put_number(node.fields[field] - base, width);
   }
-  return places;
+  numbers.pad();
+}
+
+void ChunkBuilder::put_group(std::span<const Node> nodes, bool has_seen, ByteWriter& out) const {
+  // 1. Who is in it, and seen by which of its nodes.
+  std::map<std::uint32_t, std::array<std::uint32_t, 64>> rows_of_word;
+  pvs_group group{};
+  group.nodes = static_cast<std::uint32_t>(nodes.size());
+  for (std::uint32_t i = 0; i < nodes.size(); ++i) {
+    const std::uint64_t back = nodes[i].fields[PVS_NODE_PARENT];
+    group.parent[i] =
+        static_cast<unsigned char>(back > 0 && back <= i ? i - back : PVS_NOT_IN_GROUP);
+    for (const Word& word : nodes[i].words) {
+      auto& rows = rows_of_word[word.position];
+      for (std::uint64_t rest = word.visible | word.seen; rest != 0; rest &= rest - 1) {
+        const int bit = std::countr_zero(rest);
+        rows[static_cast<std::size_t>(bit)] |=
+            static_cast<std::uint32_t>(word.visible >> bit & 1) << i |
+            static_cast<std::uint32_t>(word.seen >> bit & 1) << (16 + i);
+      }
+    }
+  }
+  Members members;
+  for (const auto& [position, rows] : rows_of_word)
+    for (std::uint32_t bit = 0; bit < 64; ++bit) {
+      if (rows[bit] == 0) continue;
+      members.ids.push_back(position * 64 + bit);
+      members.rows.push_back(rows[bit]);
+    }
+
+  // 2. As bits. None costs more than two bytes.
+  group.object_count = universe_;
+  group.has_seen = has_seen ? 1 : 0;
+  group.member_count = static_cast<std::uint32_t>(members.ids.size());
+  group.members = members.ids.data();
+  group.rows = members.rows.data();
+  std::vector<std::byte> bytes(64 + members.ids.size() * (64 + 2 * nodes.size()) * 2);
+  auto* const begin = reinterpret_cast<unsigned char*>(bytes.data());
+  pvs_coder coder;
+  pvs_coder_write(&coder, begin, begin + bytes.size());
+  pvs_code_group(&coder, &group, group.nodes - 1);
+  const unsigned char* const end = pvs_coder_finish(&coder);
+  PVS_CHECK_EQ(coder.overflow, 0);
+  out.put_bytes(std::span(bytes).first(static_cast<std::size_t>(end - begin)));
 }
 
 ByteWriter ChunkBuilder::take() {
-  std::vector<Entry> dictionary;
-  const std::vector<std::uint32_t> places = sorted_places(dictionary);
-  const bool any_seen =
-      std::any_of(seen_.begin(), seen_.end(), [](const Row& row) { return !row.empty(); });
+  const std::vector<std::uint64_t> coordinates = number_coordinates();
+  ByteWriter groups;
+  std::vector<std::uint32_t> ends;
+  for (std::size_t first = 0; first < nodes_.size(); first += PVS_GROUP_NODES) {
+    const std::size_t count = std::min<std::size_t>(PVS_GROUP_NODES, nodes_.size() - first);
+    put_group(std::span(nodes_).subspan(first, count), has_seen_, groups);
+    ends.push_back(static_cast<std::uint32_t>(groups.size()));
+  }
 
-  // Rows: the gaps between ascending places. A row's words ascend by position, so its places do.
-  ByteWriter rows;
-  std::vector<std::uint32_t> row_ends;
-  const auto put_rows = [&](const std::vector<Row>& set) {
-    for (const Row& row : set) {
-      std::uint32_t next = 0;
-      for (const std::uint32_t number : row) {
-        rows.put_varint(places[number] - next);
-        next = places[number] + 1;
-      }
-      row_ends.push_back(static_cast<std::uint32_t>(rows.size()));
-    }
-  };
-  put_rows(visible_);
-  if (any_seen) put_rows(seen_);
-
-  ByteWriter out;
+  ByteWriter out, numbers;
   out.put_u32(static_cast<std::uint32_t>(nodes_.size()));
   out.put_u32(static_cast<std::uint32_t>(frames_.size()));
-  out.put_u32(static_cast<std::uint32_t>(dictionary.size()));
-  out.put_u32(any_seen ? 2 : 1);
-  out.put_u32(static_cast<std::uint32_t>(rows.size()));
+  out.put_u32(static_cast<std::uint32_t>(coordinates.size()));
+  out.put_u32(has_seen_ ? 2 : 1);
+  out.put_u32(static_cast<std::uint32_t>(groups.size()));
   out.put_u32(0);
-  for (const Node& node : nodes_) {
-    out.put_vec3(node.lo);
-    out.put_vec3(node.hi);
-    out.put_u64(static_cast<std::uint64_t>(node.root_id));
-    out.put_u64(node.key.path);
-    out.put_u32(node.key.root);
-    out.put_u32(node.parent);
-    out.put_u32(node.frame);
-    out.put_u32(node.flags);
-    out.put_u32(node.sizes.visible_objects);
-    out.put_u32(node.sizes.visible_triangles);
-    out.put_u32(node.sizes.seen_objects);
-    out.put_u32(node.sizes.seen_triangles);
-  }
+  put_columns(out, numbers);
+  out.put_bytes(numbers.bytes());
   for (const Frame& frame : frames_)
     for (const std::uint64_t bits : frame) out.put_u64(bits);
-  for (const Entry& entry : dictionary) out.put_u64(entry.word);
-  for (const Entry& entry : dictionary) out.put_u32(entry.position);
+  for (const std::uint64_t bits : coordinates) out.put_u64(bits);
+  for (const std::uint32_t end : ends) out.put_u32(end);
   out.pad();
-  for (const std::uint32_t end : row_ends) out.put_u32(end);
-  out.pad();
-  out.put_bytes(rows.bytes());
+  out.put_bytes(groups.bytes());
   out.pad();
   *this = ChunkBuilder();
   return out;

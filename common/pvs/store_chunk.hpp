@@ -1,12 +1,12 @@
-// Builds one chunk of a store: a run of nodes, and their sets as rows over a dictionary of distinct
-// (position, word) pairs, where a word is 64 objects (docs/store_format.md).
+// Builds one chunk of a store: a run of nodes as columns of numbers, and their sets in groups of 16
+// nodes (docs/store_format.md).
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
-#include <unordered_map>
+#include <span>
 #include <vector>
 
 #include "common/pvs/store_bytes.hpp"
@@ -14,7 +14,7 @@
 
 namespace pvsfarm {
 
-// What bounds the writer's memory. Larger chunks share more words and cost more to hold.
+// What bounds the writer's memory.
 inline constexpr std::uint32_t kMaxChunkNodes = 1024;
 inline constexpr std::size_t kMaxChunkWords = std::size_t{1} << 20;  // non-zero, of all its sets
 
@@ -26,42 +26,38 @@ struct NodeSizes {
 
 class ChunkBuilder {
  public:
-  void add(const StoreNode& node, std::uint32_t parent, const NodeSizes& sizes);
+  // `index`: of the node in the store; `parent`: likewise, or PVS_NO_PARENT.
+  void add(const StoreNode& node, std::uint32_t index, std::uint32_t parent,
+           const NodeSizes& sizes);
   bool full() const { return nodes_.size() >= kMaxChunkNodes || words_held_ >= kMaxChunkWords; }
   bool empty() const { return nodes_.empty(); }
   // The payload of the block; the builder is empty again.
   ByteWriter take();
 
  private:
-  struct Entry {
+  struct Word {
     std::uint32_t position = 0;
-    std::uint64_t word = 0;
-    friend auto operator<=>(const Entry&, const Entry&) = default;
-  };
-  struct EntryHash {
-    std::size_t operator()(const Entry& entry) const;
+    std::uint64_t visible = 0, seen = 0;
   };
   struct Node {
-    CellKey key;
-    std::int64_t root_id;
-    std::uint32_t parent, frame, flags;
-    NodeSizes sizes;
-    Vec3 lo, hi;
+    std::array<std::uint64_t, 16> fields;  // of the format, in its order, but for the box
+    std::array<double, 6> box;
+    std::vector<Word> words;  // where either set holds anything
   };
   using Frame = std::array<std::uint64_t, 12>;  // bit patterns: -0 and NaN are kept apart
-  using Row = std::vector<std::uint32_t>;       // entries, in order of first use
 
   std::uint32_t frame_of(const Cell& cell);
-  Row row_of(const VisibleSet& set);
-  // Where each entry stands once the dictionary is sorted.
-  std::vector<std::uint32_t> sorted_places(std::vector<Entry>& sorted) const;
+  // The distinct bit patterns of all boxes, ascending, and each box as numbers of them.
+  std::vector<std::uint64_t> number_coordinates();
+  void put_columns(ByteWriter& heads, ByteWriter& numbers) const;
+  void put_group(std::span<const Node> group, bool has_seen, ByteWriter& out) const;
 
   std::vector<Node> nodes_;
+  std::uint32_t universe_ = 0;
   std::map<Frame, std::uint32_t> frame_numbers_;
   std::vector<Frame> frames_;
-  std::unordered_map<Entry, std::uint32_t, EntryHash> entry_numbers_;
-  std::vector<Row> visible_, seen_;
   std::size_t words_held_ = 0;
+  bool has_seen_ = false;
 };
 
 }  // namespace pvsfarm

@@ -73,8 +73,11 @@ ByteWriter LocateBuilder::take() const {
     level.push_back(roots_[i].box);
   }
   out.pad();
-  put(out, level);
-  while (level.size() > 1) put(out, level = level_above(level));
+  // The boxes of single roots are in their nodes.
+  while (!level.empty()) {
+    put(out, level = level_above(level));
+    if (level.size() == 1) break;
+  }
   return out;
 }
 

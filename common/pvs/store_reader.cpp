@@ -79,14 +79,18 @@ std::uint32_t StoreReader::object_count() const { return store_->object_count; }
 StoreSizes StoreReader::sizes() const {
   StoreSizes sizes;
   for (std::uint32_t block = 0; block < store_->block_count; ++block) {
-    if (load_u32(entry_of(store_.get(), block) + PVS_ENTRY_KIND) != PVS_BLOCK_CHUNK) continue;
+    const std::uint32_t kind = load_u32(entry_of(store_.get(), block) + PVS_ENTRY_KIND);
+    if (kind != PVS_BLOCK_CHUNK) {
+      if (kind == PVS_BLOCK_SUBTREES || kind == PVS_BLOCK_LOCATE)
+        sizes.geometry_bytes += load_u64(entry_of(store_.get(), block) + PVS_ENTRY_LENGTH);
+      continue;
+    }
     std::uint64_t length = 0;
     const unsigned char* head = block_bytes(store_.get(), block, &length);
     const std::uint64_t geometry =
-        std::uint64_t{load_u32(head + PVS_CHUNK_NODES)} * PVS_NODE_BYTES +
-        std::uint64_t{load_u32(head + PVS_CHUNK_FRAMES)} * PVS_FRAME_BYTES;
-    sizes.geometry_bytes += std::min(geometry, length);
-    sizes.set_bytes += length - std::min(geometry, length);
+        length - std::min<std::uint64_t>(length, load_u32(head + PVS_CHUNK_GROUP_BYTES));
+    sizes.geometry_bytes += geometry;
+    sizes.set_bytes += length - geometry;
   }
   return sizes;
 }
@@ -170,8 +174,8 @@ Result<StoredNode> StoreReader::node(std::uint32_t index) {
 Result<StoredSets> StoreReader::sets(std::uint32_t index) {
   if (Status status = verify_node(index); !status) return status.error();
   std::vector<std::uint64_t> visible(store_->word_count), seen(store_->word_count);
-  if (pvs_read_set(store_.get(), index, PVS_VISIBLE, visible.data()) != PVS_OK ||
-      pvs_read_set(store_.get(), index, PVS_SEEN, seen.data()) != PVS_OK)
+  scratch_.resize(pvs_scratch_words(store_.get()));
+  if (pvs_read_sets(store_.get(), index, visible.data(), seen.data(), scratch_.data()) != PVS_OK)
     return node_damage(index);
   return StoredSets{VisibleSet::from_words(object_count(), std::move(visible)),
                     VisibleSet::from_words(object_count(), std::move(seen))};

@@ -42,8 +42,8 @@ struct StoredSets {
 };
 
 struct StoreSizes {
-  std::uint64_t geometry_bytes = 0;  // the cells themselves
-  std::uint64_t set_bytes = 0;       // their sets: dictionaries and rows
+  std::uint64_t geometry_bytes = 0;  // the cells themselves, and finding them
+  std::uint64_t set_bytes = 0;       // their sets
 };
 
 class StoreReader {
@@ -84,6 +84,7 @@ class StoreReader {
   std::string path_;
   std::unique_ptr<pvs_store> store_;
   std::vector<bool> verified_;
+  std::vector<std::uint64_t> scratch_;
   StoreHeader header_;
   Digest digest_;
 };

@@ -80,7 +80,6 @@ Status Validation::check_sets(const StoredNode& node, const StoredSets& sets) {
   };
   if (node.visible != size_of(sets.visible) || node.seen != size_of(sets.seen))
     return wrong(node, "counts other objects or triangles than its sets hold");
-  if (!sets.seen.subset_of(sets.visible)) return wrong(node, "has seen what is not visible");
   if (!ancestors_.empty() && !sets.visible.subset_of(ancestors_.back().visible))
     return wrong(node, "sees what its parent does not");
   return {};

@@ -1,5 +1,6 @@
 #include "common/pvs/store_writer.hpp"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -141,7 +142,7 @@ Status FileStoreWriter::add(const StoreNode& node) {
   subtree_ends_.push_back(0);
   open_.push_back({node.key, index, node.leaf});
   leaf_count_ += node.leaf ? 1 : 0;
-  chunk_.add(node, parent, sizes_of(node));
+  chunk_.add(node, index, parent, sizes_of(node));
   return chunk_.full() ? put_chunk() : Status();
 }
 
@@ -161,8 +162,16 @@ Status FileStoreWriter::put_chunk() {
 }
 
 Status FileStoreWriter::put_subtrees() {
+  std::uint64_t greatest = 0;
+  const auto descendants = [&](std::size_t node) { return subtree_ends_[node] - node - 1; };
+  for (std::size_t node = 0; node < subtree_ends_.size(); ++node)
+    greatest = std::max(greatest, descendants(node));
+  const int width = ByteWriter::width_of(greatest);
   ByteWriter out;
-  for (const std::uint32_t end : subtree_ends_) out.put_u32(end);
+  out.put_u32(static_cast<std::uint32_t>(width));
+  out.put_u32(0);
+  for (std::size_t node = 0; node < subtree_ends_.size(); ++node)
+    out.put_number(descendants(node), width);
   return put_block(PVS_BLOCK_SUBTREES, 0, std::move(out));
 }
 

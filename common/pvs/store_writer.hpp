@@ -44,7 +44,9 @@ struct StoreNode {
   bool quarantined = false;  // never evaluated: keeps its parent's PVS, the bake is incomplete
   Cell cell;
   VisibleSet visible;
-  VisibleSet seen;  // certified seen; none(n) where no witnesses were sought
+  // Certified seen; none(n) where no witnesses were sought. What is not visible is not kept, but
+  // counted, and found by validate_store.
+  VisibleSet seen;
 };
 
 class StoreWriter {

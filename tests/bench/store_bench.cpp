@@ -73,11 +73,11 @@ void read_a_random_set(benchmark::State& state) {
   const BakedCity& baked = city();
   pvs_store store;
   PVS_CHECK_EQ(pvs_open_file(&store, baked.path.c_str(), nullptr), PVS_OK);
-  std::vector<std::uint64_t> words(store.word_count);
+  std::vector<std::uint64_t> words(store.word_count), scratch(pvs_scratch_words(&store));
   Random random(1);
   for (auto _ : state) {
     const auto cell = static_cast<std::uint32_t>(random.below(store.node_count));
-    benchmark::DoNotOptimize(pvs_read_set(&store, cell, PVS_VISIBLE, words.data()));
+    benchmark::DoNotOptimize(pvs_read_sets(&store, cell, words.data(), nullptr, scratch.data()));
     const auto expected = baked.nodes[cell].visible.words();
     if (words[cell % words.size()] != expected[cell % words.size()]) {
       state.SkipWithError("the set is not the one that was written");
