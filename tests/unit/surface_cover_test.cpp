@@ -28,7 +28,8 @@ class Covered {
     const Result<std::shared_ptr<const Scene>> scene = build_scene(source_);
     SurfaceChainBuilder(**scene).build(cell, frame_, {.near_m = near_m}, chain_);
     map_.reset(square_plane(frame_, Face{0, 1}, distance, 0.8, kSide));
-    SurfaceCover().draw(chain_, frame_, map_);
+    map_.build_pyramids();
+    SurfaceCover().draw(chain_, frame_, TileMask().set(), map_);
   }
 
   const SurfaceChain& chain() const { return chain_; }

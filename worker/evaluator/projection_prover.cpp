@@ -50,11 +50,15 @@ void ProjectionProver::project_from(const CellFrame& frame, std::size_t from,
 
 // Surfaces need no ranking: what is not met in a square of a map costs nothing there.
 void ProjectionProver::draw_surfaces(const Cell& cell, const CellFrame& frame,
-                                     CellStatistics& statistics) {
+                                     const VisibleSet& open, CellStatistics& statistics) {
   chain_builder_.build(cell, frame, {.near_m = effort_.near_m}, chain_);
   if (chain_.triangles.empty()) return;
   for (std::size_t m = 0; m < map_count_; ++m) {
-    statistics.projections += cover_.draw(chain_, frame, maps_[m]);
+    TileMask wanted;
+    open.for_each([&](ObjectId id) {
+      add_wanted(maps_[m], frame.local_around_world(scene_.object(id).box), wanted);
+    });
+    statistics.projections += cover_.draw(chain_, frame, wanted, maps_[m]);
     maps_[m].build_pyramids();
   }
 }
@@ -118,8 +122,11 @@ void ProjectionProver::run(const Cell& cell, VisibleSet& visible, VisibleSet& op
     else
       ++statistics.occluders_skipped;
   project_from(frame, drawn, statistics);
-  if (effort_.surfaces) draw_surfaces(cell, frame, statistics);
   test.run(open, effort_.splits);
+  if (effort_.surfaces) {
+    draw_surfaces(cell, frame, open, statistics);
+    test.run(open, effort_.splits);
+  }
   note(hidden);
   statistics.box_tests += test.box_tests();
   hidden.remove_all(open);

@@ -49,7 +49,8 @@ class ProjectionProver {
 
  private:
   void project_from(const CellFrame& frame, std::size_t from, CellStatistics& statistics);
-  void draw_surfaces(const Cell& cell, const CellFrame& frame, CellStatistics& statistics);
+  void draw_surfaces(const Cell& cell, const CellFrame& frame, const VisibleSet& open,
+                     CellStatistics& statistics);
 
   const Scene& scene_;
   const OccluderRanking& ranking_;

@@ -51,6 +51,10 @@ class OcclusionMap {
   // 2 x 2 texels of the min pyramid; kUncovered where rect misses the map.
   float lower_bound(const PlaneRect& rect) const;
   float lower_bound(const PixelRange& range) const;
+  // The greatest Z of a square of 2^level pixels a side, as the pyramids were built last.
+  float highest(int level, int i, int j) const {
+    return levels_max_[level][static_cast<std::size_t>(j) * (plane_.resolution_px >> level) + i];
+  }
   float lowest() const { return levels_min_.back()[0]; }
   // The pixels that `rect` touches; -1 or the resolution where it leaves the map.
   PixelRange touched(const PlaneRect& rect) const;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/geometry/rounding.hpp"
+#include "worker/visibility/occludee_test.hpp"
 
 namespace pvsfarm {
 namespace {
@@ -211,7 +212,17 @@ bool SurfaceCover::some_part_covers(std::size_t first, Orientation orientation, 
   return covers;
 }
 
+bool SurfaceCover::is_wanted(const Square& square) const {
+  if (square.level < tile_level_) return true;  // as the square it is part of
+  const int tiles = 1 << (square.level - tile_level_);
+  for (int j = square.j * tiles; j < (square.j + 1) * tiles; ++j)
+    for (int i = square.i * tiles; i < (square.i + 1) * tiles; ++i)
+      if (wanted_->test(static_cast<std::size_t>(j) * kTilesPerSide + i)) return true;
+  return false;
+}
+
 void SurfaceCover::visit(const Square& square, Range edges, Range triangles, OcclusionMap& map) {
+  if (!is_wanted(square) || map.highest(square.level, square.i, square.j) <= 0) return;
   const ProjectionPlane& plane = map.plane();
   const double side = 1 << square.level;
   // Wide enough for the rounding of pixel borders.
@@ -256,12 +267,30 @@ void SurfaceCover::visit(const Square& square, Range edges, Range triangles, Occ
 }
 
 std::uint32_t SurfaceCover::draw(const SurfaceChain& chain, const CellFrame& frame,
-                                 OcclusionMap& map) {
+                                 const TileMask& wanted, OcclusionMap& map) {
+  squares_ = 0;
+  if (wanted.none()) return 0;
   prepare(chain, frame, map.plane());
   const int level = std::bit_width(static_cast<unsigned>(map.plane().resolution_px)) - 1;
+  wanted_ = &wanted;
+  tile_level_ = std::max(level - std::countr_zero(static_cast<unsigned>(kTilesPerSide)), 0);
   const Range edges{0, edge_stack_.size()}, triangles{0, triangle_stack_.size()};
   visit({level, 0, 0}, edges, triangles, map);
   return squares_;
+}
+
+void add_wanted(const OcclusionMap& map, const Box& local_box, TileMask& wanted) {
+  const ProjectionPlane& plane = map.plane();
+  Box box = plane.plane_from_local(local_box);
+  if (!(box.hi.z > 0)) return;
+  // Of what begins beside or before the cell, the part well beyond the face.
+  box.lo.z = std::max(box.lo.z, -plane.distance / 2);
+  const PixelRange touched = map.touched(occludee_rect(plane, box));
+  const int side = plane.resolution_px, tile = std::max(side / kTilesPerSide, 1);
+  if (touched.i1 < 0 || touched.j1 < 0 || touched.i0 >= side || touched.j0 >= side) return;
+  for (int j = std::max(touched.j0, 0) / tile; j <= std::min(touched.j1, side - 1) / tile; ++j)
+    for (int i = std::max(touched.i0, 0) / tile; i <= std::min(touched.i1, side - 1) / tile; ++i)
+      wanted.set(static_cast<std::size_t>(j) * kTilesPerSide + i);
 }
 
 }  // namespace pvsfarm

@@ -7,6 +7,7 @@
 // hang together by edges met there are one part, the others are others.
 #pragma once
 
+#include <bitset>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -17,12 +18,22 @@
 
 namespace pvsfarm {
 
+// The 16 x 16 tiles of a map, row by row: where it is worth while to cover anything.
+inline constexpr int kTilesPerSide = 16;
+using TileMask = std::bitset<kTilesPerSide * kTilesPerSide>;
+
+// The tiles that the box, in the local frame, may be seen through, where what is covered up to the
+// plane may hide it. Only a hint: no answer rests on it.
+void add_wanted(const OcclusionMap& map, const Box& local_box, TileMask& wanted);
+
 // Threads: one object, one thread. Keeps scratch memory from map to map.
 class SurfaceCover {
  public:
   // Lowers Z to the plane, or to the part's greatest depth if it ends before the plane, in every
-  // pixel that some part covers. The pyramids are left stale. Returns the squares looked at.
-  std::uint32_t draw(const SurfaceChain& chain, const CellFrame& frame, OcclusionMap& map);
+  // pixel of the wanted tiles that some part covers, and perhaps in others. The pyramids are left
+  // stale. Returns the squares looked at.
+  std::uint32_t draw(const SurfaceChain& chain, const CellFrame& frame, const TileMask& wanted,
+                     OcclusionMap& map);
 
  private:
   struct Range {
@@ -54,7 +65,11 @@ class SurfaceCover {
   std::uint32_t root(std::size_t first, std::uint32_t at);
   std::optional<int> crossing(std::uint32_t triangle, const Vec3& sample) const;
 
+  bool is_wanted(const Square& square) const;
+
   const SurfaceChain* chain_ = nullptr;
+  const TileMask* wanted_ = nullptr;
+  int tile_level_ = 0;  // of squares as large as a tile
   Vec3 eye_{0};
   double scale_ = 0;
   std::vector<Vec3> vertices_;  // in the plane's frame
