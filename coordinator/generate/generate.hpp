@@ -61,7 +61,7 @@ struct ForestRequest {
   int leaves = 200;  // a tree; [limit] 100,000, and 200 million in all
   double cell_size = 5;
   int glades = 0;         // [limit] trees; cells, each at most 3 m wide. 0: rides
-  double leaf_size = 0.45;  // of a thicket, in metres: half a leaf's width. [limit] 0.01 .. 2
+  double leaf_size = 0.8;  // of a thicket, in metres: half a leaf's width. [limit] 0.01 .. 2
   std::uint64_t seed = 1;
 };
 Result<GeneratedScene> generate_forest(const ForestRequest& request);

@@ -207,8 +207,10 @@ void SweepProver::sweep_face(const CellFrame& frame, Face face, const OccludeeEx
             statistics.projections +=
                 project(pieces[p], plane, frame.offset_scale(), coverages_) ? 1 : 0;
       }
+      // At once, so that what comes next may turn out hidden.
+      map.draw(coverages_);
+      coverages_.clear();
     }
-    map.draw(coverages_);
     before = planes[k].bound;
   }
   map_count_ += planes.size();

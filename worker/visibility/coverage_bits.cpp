@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "common/base/check.hpp"
+#include "worker/visibility/dispatch.hpp"
 
 namespace pvsfarm {
 namespace {
@@ -23,6 +24,39 @@ void for_each_word(int first, int last, Visit&& visit) {
   const int end = last / 64;
   for (int w = first / 64; w <= end; ++w)
     visit(w, bits_between(w == first / 64 ? first % 64 : 0, w == end ? last % 64 : 63));
+}
+
+// bound[j] = max(bound[j], offset + slope * (at + j * step)), or min.
+PVSFARM_DISPATCH
+void raise(double* bound, int n, double offset, double slope, double at, double step) {
+  for (int j = 0; j < n; ++j) {
+    const double value = offset + slope * (at + j * step);
+    bound[j] = value > bound[j] ? value : bound[j];
+  }
+}
+PVSFARM_DISPATCH
+void lower(double* bound, int n, double offset, double slope, double at, double step) {
+  for (int j = 0; j < n; ++j) {
+    const double value = offset + slope * (at + j * step);
+    bound[j] = value < bound[j] ? value : bound[j];
+  }
+}
+
+// The pixels wholly inside [left, right], as [first, end). Bounds have a margin of 10^-6 pixel or
+// are the map's own border, which rounding must not move.
+PVSFARM_DISPATCH
+void whole_pixels(const double* left, const double* right, int n, double from, double per_px,
+                  double count, int* first, int* end) {
+  for (int j = 0; j < n; ++j) {
+    double a = (left[j] - from) * per_px - 0x1p-36, b = (right[j] - from) * per_px + 0x1p-36;
+    a = a > 0 ? a : 0;
+    a = a < count ? a : count;
+    b = b > 0 ? b : 0;
+    b = b < count ? b : count;
+    const int i = static_cast<int>(a);
+    first[j] = i + (static_cast<double>(i) < a ? 1 : 0);
+    end[j] = static_cast<int>(b);
+  }
 }
 
 // 64 pixels from `first` on; beyond the row they are uncovered.
@@ -49,9 +83,13 @@ void CoverageBits::reset(const SweepPlane& plane) {
   pa_ = x ? plane.plane.px : plane.plane.py;
   b0_ = x ? plane.plane.y0 : plane.plane.x0;
   pb_ = x ? plane.plane.py : plane.plane.px;
+  per_pa_ = 1 / pa_;
+  per_pb_ = 1 / pb_;
   bits_.assign(static_cast<std::size_t>(rows_) * words_, 0);
   left_.resize(rows_);
   right_.resize(rows_);
+  first_.resize(rows_);
+  end_.resize(rows_);
 }
 
 // Rounding of the product is below 10^-9 pixel; callers widen their rectangles by more.
@@ -175,16 +213,10 @@ void CoverageBits::draw(const Coverage& c, const HalfPlane* half_planes) {
   const bool x = where_.along == MapAxis::kX;
   const double alo = x ? c.x0 : c.y0, ahi = x ? c.x1 : c.y1;
   const double blo = x ? c.y0 : c.x0, bhi = x ? c.y1 : c.x1;
-  // The pixels wholly inside, as [first, end). Every bound has a margin of 10^-6 pixel or is the
-  // map's own border, which rounding must not move.
-  const auto first_whole = [](double at, int count) {
-    return !(at - 0x1p-36 > 0) ? 0 : at < count ? static_cast<int>(std::ceil(at - 0x1p-36)) : count;
-  };
-  const auto end_whole = [](double at, int count) {
-    return !(at + 0x1p-36 > 0) ? 0 : at < count ? static_cast<int>(at + 0x1p-36) : count;
-  };
-  const int j0 = first_whole((blo - b0_) / pb_, rows_), j1 = end_whole((bhi - b0_) / pb_, rows_);
-  if (j0 >= j1) return;
+  int j0 = 0, j1 = 0, i0 = 0, i1 = 0;
+  whole_pixels(&blo, &bhi, 1, b0_, per_pb_, rows_, &j0, &j1);
+  whole_pixels(&alo, &ahi, 1, a0_, per_pa_, columns_, &i0, &i1);
+  if (j0 >= j1 || i0 >= i1 || all_set({i0, i1 - 1}, {j0, j1 - 1})) return;
   const int n = j1 - j0;
   std::fill_n(left_.begin(), n, alo);
   std::fill_n(right_.begin(), n, ahi);
@@ -205,19 +237,15 @@ void CoverageBits::draw(const Coverage& c, const HalfPlane* half_planes) {
     const double slope = -nb / na, offset = h.c / na;
     const double slack = 0x1p-48 * (std::abs(offset) + std::abs(slope) * reach);
     if (na > 0)
-      for (int j = 0; j < n; ++j)
-        left_[j] = std::max(left_[j], offset + slack + slope * (worst + j * pb_));
+      raise(left_.data(), n, offset + slack, slope, worst, pb_);
     else
-      for (int j = 0; j < n; ++j)
-        right_[j] = std::min(right_[j], offset - slack + slope * (worst + j * pb_));
+      lower(right_.data(), n, offset - slack, slope, worst, pb_);
   }
+  whole_pixels(left_.data(), right_.data(), n, a0_, per_pa_, columns_, first_.data(), end_.data());
   for (int j = 0; j < n; ++j) {
-    if (!(left_[j] < right_[j])) continue;
-    const int i0 = first_whole((left_[j] - a0_) / pa_, columns_);
-    const int i1 = end_whole((right_[j] - a0_) / pa_, columns_);
-    if (i0 >= i1) continue;
+    if (first_[j] >= end_[j]) continue;
     std::uint64_t* row = row_bits(j0 + j);
-    for_each_word(i0, i1 - 1, [&](int w, std::uint64_t mask) { row[w] |= mask; });
+    for_each_word(first_[j], end_[j] - 1, [&](int w, std::uint64_t mask) { row[w] |= mask; });
   }
 }
 

@@ -68,12 +68,13 @@ class CoverageBits {
   SweepPlane where_;
   int columns_ = 0, rows_ = 0, words_ = 0;
   // The plane's coordinates along and across the words.
-  double a0_ = 0, pa_ = 1, b0_ = 0, pb_ = 1;
+  double a0_ = 0, pa_ = 1, b0_ = 0, pb_ = 1, per_pa_ = 1, per_pb_ = 1;
   std::vector<std::uint64_t> bits_;
   // Kept from call to call.
   std::vector<PixelSpan> along_spans_, across_spans_;
   std::vector<std::uint64_t> window_;
   std::vector<double> left_, right_;
+  std::vector<int> first_, end_;
 };
 
 }  // namespace pvsfarm
