@@ -22,12 +22,12 @@ const Cell kCell = Cell::aligned({{-1, -1, -1}, {1, 1, 1}});
 class Covered {
  public:
   explicit Covered(const SourceObject& surface, double distance = 9, const Cell& cell = kCell,
-                   double near_m = 0)
+                   double near_m = 0, Face face = {0, 1})
       : cell_(cell), frame_(cell) {
     source_.objects = {surface};
     const Result<std::shared_ptr<const Scene>> scene = build_scene(source_);
     SurfaceChainBuilder(**scene).build(cell, frame_, {.near_m = near_m}, chain_);
-    map_.reset(square_plane(frame_, Face{0, 1}, distance, 0.8, kSide));
+    map_.reset(square_plane(frame_, face, distance, 0.8, kSide));
     map_.build_pyramids();
     SurfaceCover().draw(chain_, frame_, TileMask().set(), map_);
   }
@@ -196,6 +196,19 @@ TEST(SurfaceCover, one_sided_triangles_cover_from_the_front_only) {
   SourceObject back = front;
   for (auto& t : back.triangles) std::swap(t[1], t[2]);
   EXPECT_NE(Covered(front).count() > 0, Covered(back).count() > 0);
+}
+
+// The frames of planes before low faces are left-handed: corners turn the other way there.
+TEST(SurfaceCover, front_and_back_do_not_change_places_on_the_other_side_of_the_cell) {
+  for (const bool turned : {false, true}) {
+    SourceObject beyond = wall(8, 6, 1, kClosed), before = wall(-8, 6, 1, kClosed);
+    for (SourceObject* object : {&beyond, &before}) {
+      object->two_sided = false;
+      if (!turned) continue;
+      for (auto& t : object->triangles) std::swap(t[1], t[2]);
+    }
+    EXPECT_NE(Covered(beyond).count() > 0, Covered(before, 9, kCell, 0, Face{0, -1}).count() > 0);
+  }
 }
 
 TEST(SurfaceCover, what_is_nearer_than_the_near_clip_is_left_out) {

@@ -28,6 +28,7 @@ void SurfaceCover::prepare(const SurfaceChain& chain, const CellFrame& frame,
   chain_ = &chain;
   squares_ = 0;
   const double hu = plane.hu, hv = plane.hv, hw = plane.hw;
+  front_ = plane.face.sign;  // planes before the low faces have left-handed frames
   eye_ = {kEyeX * hu, kEyeY * hv, -plane.distance - hw + kEyeZ * hw};
   double largest = 0;
   vertices_.resize(chain.vertices.size());
@@ -111,7 +112,7 @@ std::optional<int> SurfaceCover::crossing(std::uint32_t triangle, const Vec3& sa
   const double most = std::max({sa, sb, sc});
   const double error = rounding * 8 * (most * most + most * ray_size);
   if (ahead < -error || through - ahead < -error) return 0;
-  if (ahead > error && through - ahead > error) return left == 3 ? -1 : 1;
+  if (ahead > error && through - ahead > error) return left == 3 ? -front_ : front_;
   return {};
 }
 

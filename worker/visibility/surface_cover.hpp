@@ -71,6 +71,7 @@ class SurfaceCover {
   const TileMask* wanted_ = nullptr;
   int tile_level_ = 0;  // of squares as large as a tile
   Vec3 eye_{0};
+  int front_ = 1;  // the sign of a crossing from a triangle's front, by the turn of its corners
   double scale_ = 0;
   std::vector<Vec3> vertices_;  // in the plane's frame
   std::vector<Shadow> edge_shadows_, section_shadows_;
