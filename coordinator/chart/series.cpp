@@ -37,6 +37,23 @@ Points projection(const SeriesBase& base) {
   return {{"projection alone", 0, projection_alone(base)}};
 }
 
+// The bake's methods with one of them left out, or one of the others put in. Nothing stops before
+// all have had their turn: what one does not settle another may, at its own price.
+Points ingredients(const SeriesBase& base) {
+  EvaluatorSettings all = base.settings;
+  all.gap = 0;
+  Points points{{kAllIngredients, 0, all}};
+  for (int i = 0; i < kMethodCount; ++i) {
+    const auto method = static_cast<Method>(i);
+    const bool has = all.methods.has(method);
+    EvaluatorSettings settings = all;
+    settings.methods = Methods::from_bits(all.methods.bits() ^ Methods{method}.bits());
+    points.push_back({std::string(has ? "without " : "with ") + to_string(method),
+                      static_cast<double>(points.size()), settings});
+  }
+  return points;
+}
+
 Points cascade(const SeriesBase& base) {
   Points points;
   for (const double gap : {0.5, 0.3, 0.2, 0.15, 0.1, 0.05, 0.02}) {
@@ -132,6 +149,7 @@ constexpr Series kSeries[] = {
     {"extent", "Projections, extent 0.7 to 2", "#8c8c8c", true, extent},
     {"raster", "Projections, direct and OSMesa", "#7a4a2b", true, raster},
     {"sweep", "occlusion sweep, alone and after Projections", "#4f7f1f", true, sweep},
+    {"ingredients", "a method more or less", "#b0833a", true, ingredients},
     {"sampling", "random rays (prove nothing)", "#d1414f", false, sampling},
 };
 

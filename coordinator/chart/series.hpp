@@ -38,6 +38,9 @@ struct Series {
   std::vector<SeriesPoint> (*points)(const SeriesBase& base);
 };
 
+// The point of the series "ingredients" that the others are set against.
+inline constexpr const char* kAllIngredients = "a bake's methods";
+
 std::span<const Series> all_series();
 const Series* series_named(std::string_view name);  // null: there is none
 

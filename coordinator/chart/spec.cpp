@@ -12,8 +12,8 @@
 namespace pvsfarm {
 namespace {
 
-constexpr std::array<const char*, 5> kNames{"accuracy", "resolution", "scale", "rival",
-                                            "stability"};
+constexpr std::array<const char*, 6> kNames{"accuracy", "resolution",  "scale",
+                                            "rival",    "ingredients", "stability"};
 constexpr std::size_t kPanelsInARow = 4;
 
 std::string text_of(const Json& spec) { return spec.dump(1) + "\n"; }
@@ -229,13 +229,29 @@ Json rival(std::span<const ChartRow> rows) {
   return spec;
 }
 
-std::vector<std::string> series_of(ChartKind kind) {
-  if (kind == ChartKind::kResolution) return {"resolution"};
-  if (kind == ChartKind::kScale) return {"bake", "projection"};
-  if (kind == ChartKind::kRival) return {"bake", "sampling"};
-  std::vector<std::string> all;
-  for (const Series& series : all_series()) all.emplace_back(series.name);
-  return all;
+Json ingredients(std::span<const ChartRow> rows) {
+  Json values = Json::array();
+  for (const ChartRow& row : rows)
+    values.push_back({{"scene", row.scene},
+                      {"label", row.label},
+                      {"cpu_ms", rounded(row.cpu_ms)},
+                      {"pvs_over_seen", rounded(row.pvs_over_seen_triangles)}});
+  Json spec = chart_frame();
+  spec["title"] = Json::parse(R"json({"text": "What each method gains and costs",
+    "subtitle": "A bake that goes on to the end, with one method more or one less"})json");
+  spec["data"]["values"] = std::move(values);
+  const std::vector<std::string> scenes = scenes_of(rows);
+  spec["facet"] = {{"field", "scene"}, {"type", "nominal"}, {"sort", scenes}, {"title", nullptr}};
+  spec["columns"] = std::min(scenes.size(), kPanelsInARow);
+  spec["spec"] = Json::parse(R"json({"width": 215, "height": 200,
+    "mark": {"type": "point", "filled": true, "size": 70},
+    "encoding": {
+      "y": {"field": "pvs_over_seen", "type": "quantitative", "title": "PVS / seen, triangles",
+            "scale": {"type": "log"}, "axis": {"format": "~g", "tickCount": 6}},
+      "color": {"field": "label", "type": "nominal", "title": null},
+      "shape": {"field": "label", "type": "nominal", "title": null}}})json");
+  spec["spec"]["encoding"]["x"] = time_axis();
+  return spec;
 }
 
 }  // namespace
@@ -248,9 +264,20 @@ std::optional<ChartKind> chart_kind_named(std::string_view name) {
   return std::nullopt;
 }
 
-Result<std::vector<ChartRow>> rows_shown(ChartKind kind, std::span<const ChartRow> rows) {
+std::vector<std::string> series_shown(ChartKind kind) {
   PVS_CHECK(kind != ChartKind::kStability);
-  const std::vector<std::string> series = series_of(kind);
+  if (kind == ChartKind::kResolution) return {"resolution"};
+  if (kind == ChartKind::kScale) return {"bake", "projection"};
+  if (kind == ChartKind::kRival) return {"bake", "sampling"};
+  if (kind == ChartKind::kIngredients) return {"ingredients"};
+  std::vector<std::string> curves;
+  for (const Series& series : all_series())
+    if (std::string_view(series.name) != "ingredients") curves.emplace_back(series.name);
+  return curves;
+}
+
+Result<std::vector<ChartRow>> rows_shown(ChartKind kind, std::span<const ChartRow> rows) {
+  const std::vector<std::string> series = series_shown(kind);
   std::vector<ChartRow> shown;
   for (const ChartRow& row : rows)
     if (std::find(series.begin(), series.end(), row.series) != series.end()) shown.push_back(row);
@@ -266,6 +293,7 @@ Result<std::string> chart_spec(ChartKind kind, std::span<const ChartRow> rows) {
   if (kind == ChartKind::kResolution) return text_of(resolution(*shown));
   if (kind == ChartKind::kScale) return text_of(scale(*shown));
   if (kind == ChartKind::kRival) return text_of(rival(*shown));
+  if (kind == ChartKind::kIngredients) return text_of(ingredients(*shown));
   return text_of(accuracy(*shown));
 }
 

@@ -80,6 +80,31 @@ std::string scales(std::span<const ChartRow> rows) {
   return text;
 }
 
+std::string change(double value, double base) {
+  if (!(base > 0)) return "-";
+  std::array<char, 64> buffer;
+  std::snprintf(buffer.data(), buffer.size(), "%+.1f", 100 * (value / base - 1));
+  return buffer.data();
+}
+
+std::string ingredients(std::span<const ChartRow> rows) {
+  std::string text =
+      heading({"scene", "methods", "CPU, ms", "change, %", "PVS, triangles", "change, %",
+               "PVS / seen, triangles", "gap, %", "culled, %", "wrong"});
+  for (const ChartRow& row : rows) {
+    const auto base = std::find_if(rows.begin(), rows.end(), [&](const ChartRow& other) {
+      return other.scene == row.scene && other.label == kAllIngredients;
+    });
+    const bool is_base = base == rows.end() || &*base == &row;
+    text += line({row.scene, row.label, milliseconds(row.cpu_ms),
+                  is_base ? "" : change(row.cpu_ms, base->cpu_ms), number(row.pvs_triangles, 0),
+                  is_base ? "" : change(row.pvs_triangles, base->pvs_triangles),
+                  number(row.pvs_over_seen_triangles, 3), percent_or_dash(row.gap),
+                  number(row.culled_percent, 2), std::to_string(row.violations)});
+  }
+  return text;
+}
+
 Result<std::string> rivals(std::span<const ChartRow> rows) {
   if (scenes_of(rows).size() != 1)
     return invalid_input("a comparison with sampling is of one scene");
@@ -119,6 +144,7 @@ Result<std::string> chart_table(ChartKind kind, std::span<const ChartRow> rows) 
   if (!shown) return shown.error();
   if (kind == ChartKind::kScale) return scales(*shown);
   if (kind == ChartKind::kRival) return rivals(*shown);
+  if (kind == ChartKind::kIngredients) return ingredients(*shown);
   return points(*shown);
 }
 

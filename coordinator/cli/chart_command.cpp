@@ -65,13 +65,14 @@ Status read_data(const ChartOptions& options, ChartKind kind, ChartData& out) {
   return {};
 }
 
+// Those asked for, or else those that the chart shows.
 std::vector<const Series*> chosen_series(const ChartOptions& options) {
+  const auto asked =
+      options.series.empty() ? series_shown(*chart_kind_named(options.kind)) : options.series;
   std::vector<const Series*> chosen;
-  for (const Series& series : all_series()) {
-    const auto& asked = options.series;
-    if (asked.empty() || std::find(asked.begin(), asked.end(), series.name) != asked.end())
+  for (const Series& series : all_series())
+    if (std::find(asked.begin(), asked.end(), series.name) != asked.end())
       chosen.push_back(&series);
-  }
   return chosen;
 }
 

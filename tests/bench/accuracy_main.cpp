@@ -12,6 +12,7 @@
 #include "tests/bench/culling.hpp"
 #include "tests/bench/evaluation_speed.hpp"
 #include "tests/bench/farm_speed.hpp"
+#include "tests/bench/method_costs.hpp"
 #include "tests/bench/sampling.hpp"
 
 namespace pvsfarm::bench {
@@ -26,6 +27,7 @@ struct Options {
   std::uint64_t seed = 1;
   std::vector<std::uint64_t> budgets{5'000, 10'000, 20'000, 40'000, 80'000};
   EvaluatorSettings evaluator;
+  std::vector<std::string> methods;
   std::string bin_folder, work_folder;
   int runs = 3;
 };
@@ -75,6 +77,39 @@ Status print_sampling(const Options& options) {
     std::printf("| %.0f | %.0f | %.2f | %.2f | %.1f | %.2f |\n", row.rays, row.checks,
                 row.found_objects_percent, row.found_triangles_percent, row.beyond_objects,
                 row.cpu_ms);
+  return {};
+}
+
+// A row a method, and one for all; of a cell.
+Status print_methods(const Options& options) {
+  const auto scene = make_bench_scene(options.generator, options.size, options.cell_size_m);
+  if (!scene.ok()) return scene.error();
+  const std::vector<RootCell> cells = sample_cells(scene->cells, options.cells, options.seed);
+  EvaluatorSettings settings = options.evaluator;
+  if (!options.methods.empty()) settings.methods = {};
+  for (const std::string& name : options.methods) {
+    const auto method = method_named(name);
+    if (!method) return invalid_input("no method is named " + name);
+    settings.methods = Methods::from_bits(settings.methods.bits() | Methods{*method}.bits());
+  }
+  const MethodCosts costs = measure_methods(scene->scene, cells, settings);
+  const auto count = static_cast<double>(cells.size());
+  for (int m = 0; m < kMethodCount; ++m) {
+    const MethodStatistics& own = costs.methods[m];
+    if (own.work == 0) continue;
+    std::printf("| %s | %.0f | %.0f | %.0f | %.2f | %.6f |\n", to_string(static_cast<Method>(m)),
+                static_cast<double>(own.hidden_triangles) / count,
+                static_cast<double>(own.seen_triangles) / count,
+                static_cast<double>(own.work) / count, own.cpu_ms / count,
+                own.cpu_ms / static_cast<double>(own.work));
+  }
+  const auto pvs = static_cast<double>(costs.pvs_triangles);
+  std::printf(
+      "| all: PVS %.0f, gap %.4f, culled %.2f %%; %.1f planes, %.0f pieces, %.0f tests | | | "
+      "| %.2f | |\n",
+      pvs / count, 1 - static_cast<double>(costs.seen_triangles) / pvs,
+      100 - 100 * pvs / static_cast<double>(costs.all_triangles), costs.work.planes / count,
+      costs.work.projections / count, costs.work.box_tests / count, costs.cpu_ms / count);
   return {};
 }
 
@@ -161,6 +196,14 @@ int main(int argc, char** argv) {
   CLI::App* speed = app.add_subcommand("speed", "processor time of evaluating a cell");
   add_scene_options(*speed, options);
   speed->callback([&] { run = print_speed; });
+
+  CLI::App* methods = app.add_subcommand(
+      "methods", "method, triangles hidden and seen, work, ms, ms a unit of work, each a cell");
+  add_scene_options(*methods, options);
+  methods->add_option("--methods", options.methods, "instead of a bake's")->delimiter(',');
+  methods->add_option("--gap", options.evaluator.gap, "that is asked for");
+  methods->add_option("--planes", options.evaluator.planes_per_face, "a face of the cell");
+  methods->callback([&] { run = print_methods; });
 
   CLI::App* sampling = app.add_subcommand(
       "sampler", "rays, checks, % of objects and of triangles found, objects beyond, ms a cell");

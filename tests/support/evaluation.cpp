@@ -19,7 +19,8 @@ std::shared_ptr<const Scene> built(const SceneSource& source) {
 EvaluatorSettings provers_only(RasterKind raster) {
   EvaluatorSettings settings;
   settings.raster = raster;
-  settings.methods = {Method::kProjection, Method::kFineProjection, Method::kSurfaces};
+  settings.methods = {Method::kProjection, Method::kFineProjection, Method::kSurfaces,
+                      Method::kImproved};
   settings.max_rays = 0;
   settings.gap = 0;
   return settings;

@@ -156,8 +156,8 @@ std::vector<ChartRow> some_of_each() {
 
 TEST(ChartSpec, NamesNoFieldThatItsDataLack) {
   const auto rows = some_of_each();
-  for (const ChartKind kind :
-       {ChartKind::kAccuracy, ChartKind::kResolution, ChartKind::kScale, ChartKind::kRival}) {
+  for (const ChartKind kind : {ChartKind::kAccuracy, ChartKind::kResolution, ChartKind::kScale,
+                               ChartKind::kRival, ChartKind::kIngredients}) {
     const auto spec = chart_spec(kind, rows);
     ASSERT_TRUE(spec.ok()) << to_string(kind);
     expect_whole(*spec);
@@ -168,11 +168,13 @@ TEST(ChartSpec, NamesNoFieldThatItsDataLack) {
 TEST(ChartSpec, ShowsEverySeriesInItsColor) {
   const auto spec = json::parse(*chart_spec(ChartKind::kAccuracy, some_of_each()));
   const json& scale = spec["vconcat"][0]["spec"]["layer"][1]["encoding"]["color"]["scale"];
-  ASSERT_EQ(scale["domain"].size(), all_series().size());
-  ASSERT_EQ(scale["range"].size(), all_series().size());
+  const auto shown = series_shown(ChartKind::kAccuracy);
+  EXPECT_EQ(shown.size() + 1, all_series().size()) << "all but the ingredients are curves";
+  ASSERT_EQ(scale["domain"].size(), shown.size());
+  ASSERT_EQ(scale["range"].size(), shown.size());
   EXPECT_EQ(scale["domain"][0], all_series()[0].legend);
   std::size_t points = 0;
-  for (const Series& series : all_series()) points += series.points({}).size();
+  for (const std::string& name : shown) points += series_named(name)->points({}).size();
   EXPECT_EQ(spec["data"]["values"].size(), 2 * points);
 }
 
@@ -193,6 +195,40 @@ TEST(ChartTable, TellsTheExponentOfTimeOverSize) {
   const auto table = chart_table(ChartKind::kScale, rows);
   ASSERT_TRUE(table.ok());
   EXPECT_NE(table->find("a bake's settings: 0.50."), std::string::npos) << *table;
+}
+
+TEST(ChartIngredients, AreTheBakesMethodsWithOneMoreOrLess) {
+  SeriesBase base;
+  base.settings.methods = {Method::kAimedRays, Method::kProjection};
+  const auto points = series_named("ingredients")->points(base);
+  ASSERT_EQ(points.size(), 1u + kMethodCount);
+  EXPECT_EQ(points[0].settings.methods, base.settings.methods);
+  std::set<std::uint32_t> different;
+  for (const SeriesPoint& point : points) {
+    EXPECT_EQ(point.settings.gap, 0) << "a method would not have its turn";
+    different.insert(point.settings.methods.bits());
+    const auto changed = base.settings.methods.bits() ^ point.settings.methods.bits();
+    EXPECT_TRUE((changed & (changed - 1)) == 0) << point.label;
+  }
+  EXPECT_EQ(different.size(), points.size());
+}
+
+TEST(ChartTable, SetsIngredientsAgainstTheBakeOfTheirOwnScene) {
+  std::vector<ChartRow> rows;
+  for (const char* scene : {"one", "two"})
+    for (const double value : {0.0, 1.0}) {
+      rows.push_back(sample_row(scene, "ingredients", value));
+      rows.back().label = value == 0 ? kAllIngredients : "without projection";
+      rows.back().pvs_triangles = (scene == std::string("one") ? 100 : 1000) + 50 * value;
+    }
+  const auto table = chart_table(ChartKind::kIngredients, rows);
+  ASSERT_TRUE(table.ok());
+  EXPECT_NE(table->find("| one | without projection | 2.50 | +100.0 | 150 | +50.0 |"),
+            std::string::npos)
+      << *table;
+  EXPECT_NE(table->find("| two | without projection | 2.50 | +100.0 | 1050 | +5.0 |"),
+            std::string::npos)
+      << *table;
 }
 
 constexpr const char* kStabilityLines =

@@ -18,8 +18,11 @@ constexpr std::uint32_t kFewObjects = 2048;
 constexpr std::uint64_t kFirstRays = 8;    // for each open object, the first time it is aimed at
 constexpr std::uint64_t kSecondRays = 64;  // and once all provers had their turn
 constexpr std::uint32_t kViewpoints = 4;   // that L_pt is looked for from
-// Of planes. Maps twice as fine as well would settle half as much again, in twice the time.
-constexpr int kFineFactor = 2;
+// Planes of a round of escalation, over all faces, as a multiple of those a face has at first. Maps
+// twice as fine as well would settle half as much again, in twice the time.
+constexpr int kAimedFactor = 2;
+constexpr int kMostRounds = 4;
+constexpr double kLeastSettled = 0.03;  // of what was open, in triangles, or it was the last round
 constexpr int kSplits = 3, kFineSplits = 6;
 constexpr int kSweepFactor = 4;  // of pixels
 
@@ -33,7 +36,7 @@ ProjectionEffort effort_of(const EvaluatorSettings& s) {
 }
 
 ProjectionEffort finer(ProjectionEffort effort) {
-  effort.planes_per_face = std::min(kFineFactor * effort.planes_per_face, kMaxMaps / 6);
+  effort.aimed_planes = static_cast<std::size_t>(kAimedFactor) * effort.planes_per_face;
   effort.splits = kFineSplits;
   return effort;
 }
@@ -89,7 +92,10 @@ struct Evaluator::State {
   void view(const CellKey& key, const Cell& cell, Cascade& cascade);
   bool aim(Cascade& cascade, std::uint64_t rays_an_object);
   void prove(ProjectionProver& prover, Method method, const Cell& cell, Cascade& cascade,
-             Evidence* evidence);
+             Evidence* evidence, const std::vector<ProjectionPlane>* aimed_beside = nullptr);
+  void escalate(const Cell& cell, Cascade& cascade, Evidence* evidence);
+  void improve(const ProjectionProver& prover, int splits, const Cell& cell, Cascade& cascade,
+               Evidence* evidence);
   void prove_by_sweep(const Cell& cell, Cascade& cascade, Evidence* evidence);
   void note_witness(Evidence& evidence) const;
   const VisibleSet& seen() const { return sampler ? sampler->seen() : nothing; }
@@ -148,12 +154,16 @@ bool Evaluator::State::aim(Cascade& cascade, std::uint64_t rays_an_object) {
 }
 
 void Evaluator::State::prove(ProjectionProver& prover, Method method, const Cell& cell,
-                             Cascade& cascade, Evidence* evidence) {
+                             Cascade& cascade, Evidence* evidence,
+                             const std::vector<ProjectionPlane>* aimed_beside) {
   if (evidence != nullptr && cascade.open().contains(evidence->object)) evidence->method = method;
   CellStatistics& statistics = cascade.statistics();
   const CellStatistics before = statistics;
   cascade.begin(method);
-  prover.run(cell, cascade.visible(), cascade.open(), statistics, evidence);
+  if (aimed_beside != nullptr)
+    prover.run_aimed(cell, *aimed_beside, cascade.visible(), cascade.open(), statistics, evidence);
+  else
+    prover.run(cell, cascade.visible(), cascade.open(), statistics, evidence);
   const std::uint32_t projections = statistics.projections - before.projections;
   double nominal_ms = projections * kPrices.projection +
                       (statistics.box_tests - before.box_tests) * kPrices.box_test;
@@ -174,6 +184,42 @@ void Evaluator::State::prove_by_sweep(const Cell& cell, Cascade& cascade, Eviden
               projections * kPrices.projection +
                   (statistics.box_tests - before.box_tests) * kPrices.box_test +
                   (statistics.planes - before.planes) * kPrices.sweep_plane);
+}
+
+// Planes aimed at what is open, a few at a time, while they settle enough.
+void Evaluator::State::escalate(const Cell& cell, Cascade& cascade, Evidence* evidence) {
+  std::vector<ProjectionPlane> used;
+  const auto note_planes = [&](const ProjectionProver& prover) {
+    for (const OcclusionMap& map : prover.maps()) used.push_back(map.plane());
+  };
+  if (!projection) prove(*fine, Method::kFineProjection, cell, cascade, evidence);
+  note_planes(projection ? *projection : *fine);
+  for (int round = 0; round < kMostRounds && cascade.goes_on(); ++round) {
+    const std::uint64_t before = cascade.visible_triangles() - cascade.seen_triangles();
+    prove(*fine, Method::kFineProjection, cell, cascade, evidence, &used);
+    const std::uint64_t left = cascade.visible_triangles() - cascade.seen_triangles();
+    note_planes(*fine);
+    if (static_cast<double>(before - left) < kLeastSettled * static_cast<double>(before)) break;
+  }
+}
+
+// On the maps of the prover's last run. Not on maps with surfaces: their pixels carry ray
+// certificates only.
+void Evaluator::State::improve(const ProjectionProver& prover, int splits, const Cell& cell,
+                               Cascade& cascade, Evidence* evidence) {
+  if (prover.maps().empty()) return;
+  if (evidence != nullptr && cascade.open().contains(evidence->object))
+    evidence->method = Method::kImproved;
+  cascade.begin(Method::kImproved);
+  const CellFrame frame(cell);
+  HierarchyTest test(*scene, frame, prover.maps(), BoxRule::kImproved);
+  test.watch(evidence);
+  VisibleSet hidden = cascade.open();
+  test.run(cascade.open(), splits);
+  hidden.remove_all(cascade.open());
+  cascade.visible().remove_all(hidden);
+  cascade.statistics().box_tests += test.box_tests();
+  cascade.end(seen(), test.box_tests(), test.box_tests() * kPrices.box_test);
 }
 
 void Evaluator::State::note_witness(Evidence& evidence) const {
@@ -205,15 +251,19 @@ CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const Visibl
   if (aims && cascade.open().count() <= kFewObjects) s.aim(cascade, kFirstRays);
 
   // 2. The cheapest prover on what is open, and witnesses for what it leaves.
+  const bool improves = s.settings.methods.has(Method::kImproved);
   if (s.projection && cascade.goes_on()) {
     s.prove(*s.projection, Method::kProjection, cell, cascade, evidence);
     if (s.views) s.view(key, cell, cascade);
     if (aims) s.aim(cascade, kFirstRays);
+    if (improves && cascade.goes_on()) s.improve(*s.projection, kSplits, cell, cascade, evidence);
   }
 
   // 3. Escalation, while the gap is too large.
-  if (s.fine && cascade.goes_on())
-    s.prove(*s.fine, Method::kFineProjection, cell, cascade, evidence);
+  if (s.fine && cascade.goes_on()) {
+    s.escalate(cell, cascade, evidence);
+    if (improves && cascade.goes_on()) s.improve(*s.fine, kFineSplits, cell, cascade, evidence);
+  }
   if (s.surfaces && cascade.goes_on())
     s.prove(*s.surfaces, Method::kSurfaces, cell, cascade, evidence);
   if (s.sweep && cascade.goes_on()) s.prove_by_sweep(cell, cascade, evidence);

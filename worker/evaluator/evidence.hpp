@@ -9,6 +9,7 @@
 #include "common/base/ids.hpp"
 #include "common/pvs/inquiry.hpp"
 #include "worker/visibility/occluder_pieces.hpp"
+#include "worker/visibility/occlusion_map.hpp"
 
 namespace pvsfarm {
 
@@ -17,9 +18,11 @@ struct Evidence {
 
   // A prover's certificate: boxes that together hold the object, each with the plane that hides it.
   struct Part {
-    Box local_box;              // in the cell's frame
-    std::size_t plane = 0;      // into `planes`
-    std::uint32_t objects = 1;  // that were hidden with it as a group
+    Box local_box;                      // in the cell's frame
+    std::size_t plane = 0;              // into `planes`
+    std::uint32_t objects = 1;          // that were hidden with it as a group
+    std::optional<PlaneRect> improved;  // the improved Projection of what of it lies before
+                                        // the plane; none: hidden by rule P
   };
   std::vector<Part> parts;           // empty: not hidden
   std::optional<SightLine> witness;  // none: not seen

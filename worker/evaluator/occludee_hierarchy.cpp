@@ -12,7 +12,7 @@ std::uint32_t count_in(const VisibleSet& open, const BvhNode& node) {
 
 }  // namespace
 
-// Rule P on every map that is not yet known to be futile; `useful` loses those found futile.
+// The rule on every map that is not yet known to be futile; `useful` loses those found futile.
 bool HierarchyTest::hidden(const Box& local_box, MapMask& useful) {
   std::size_t group = 0, first = 0;
   bool placed = false;
@@ -22,7 +22,10 @@ bool HierarchyTest::hidden(const Box& local_box, MapMask& useful) {
     if (!placed) groups_[group].place(local_box);
     placed = true;
     const PlaneAnswer answer = groups_[group].answer(m - first);
-    if (answer == PlaneAnswer::kHidden) {
+    improved_.reset();
+    if (answer == PlaneAnswer::kUnknown && rule_ == BoxRule::kImproved)
+      improved_ = improved_test(maps_[m], local_box);
+    if (answer == PlaneAnswer::kHidden || improved_) {
       hidden_by_ = m;
       return true;
     }
@@ -34,7 +37,7 @@ bool HierarchyTest::hidden(const Box& local_box, MapMask& useful) {
 // Rule S: hidden if each half is, by whatever plane.
 bool HierarchyTest::hidden_by_parts(const Box& local_box, MapMask useful, int splits_left) {
   if (hidden(local_box, useful)) {
-    if (noting_) watched_->parts.push_back({local_box, hidden_by_, 1});
+    if (noting_) watched_->parts.push_back({local_box, hidden_by_, 1, improved_});
     return true;
   }
   if (splits_left == 0 || useful.none()) return false;
@@ -55,7 +58,7 @@ void HierarchyTest::visit(std::uint32_t index, MapMask useful, VisibleSet& open)
   if (hidden(local_box, useful)) {
     if (watched_ != nullptr && open.contains(watched_->object) &&
         index_of(watched_->object) - node.first < node.count)
-      watched_->parts = {{local_box, hidden_by_, count_in(open, node)}};
+      watched_->parts = {{local_box, hidden_by_, count_in(open, node), improved_}};
     open.remove_range(node.first, node.count);
     return;
   }

@@ -1,6 +1,6 @@
 // Tests the scene's hierarchy of occludee boxes against a set of occlusion maps.
 //
-// Source: Durand 2000, 2.4 and 6.1; theory A.3 (Rules P and S), A.9 (futility).
+// Source: Durand 2000, 2.4 and 6.1; theory A.3 (Rules P and S), A.9 (futility), A.10 (improved).
 #pragma once
 
 #include <bitset>
@@ -11,17 +11,25 @@
 #include "common/scene/scene.hpp"
 #include "worker/evaluator/evidence.hpp"
 #include "worker/visibility/box_on_planes.hpp"
+#include "worker/visibility/improved_test.hpp"
 
 namespace pvsfarm {
 
 inline constexpr int kMaxMaps = 96;  // six faces, sixteen planes each
 using MapMask = std::bitset<kMaxMaps>;
 
+// How a box is tested against one map.
+enum class BoxRule : std::uint8_t {
+  kPlain,     // rule P
+  kImproved,  // rule P, or the improved Projection of what lies before the plane
+};
+
 // Threads: one object, one thread; made anew for every cell.
 class HierarchyTest {
  public:
-  HierarchyTest(const Scene& scene, const CellFrame& frame, std::span<const OcclusionMap> maps)
-      : scene_(scene), frame_(frame), maps_(maps) {}
+  HierarchyTest(const Scene& scene, const CellFrame& frame, std::span<const OcclusionMap> maps,
+                BoxRule rule = BoxRule::kPlain)
+      : scene_(scene), frame_(frame), maps_(maps), rule_(rule) {}
 
   // Removes from `open` every object proved hidden. Rule S: an object's box is halved up to
   // `splits` times in a row.
@@ -39,11 +47,13 @@ class HierarchyTest {
   const Scene& scene_;
   const CellFrame& frame_;
   std::span<const OcclusionMap> maps_;
+  BoxRule rule_;
   std::vector<BoxOnPlanes> groups_;  // the maps, face by face
   std::vector<std::size_t> ends_;    // of the groups, into maps_
   Evidence* watched_ = nullptr;
-  bool noting_ = false;        // the box being tested is of the watched object
-  std::size_t hidden_by_ = 0;  // the map of the last box found hidden
+  bool noting_ = false;                // the box being tested is of the watched object
+  std::size_t hidden_by_ = 0;          // the map of the last box found hidden,
+  std::optional<PlaneRect> improved_;  // and where on it, if not by rule P
   int splits_ = 0;
   std::uint32_t box_tests_ = 0;
 };

@@ -63,29 +63,57 @@ void ProjectionProver::draw_surfaces(const Cell& cell, const CellFrame& frame,
   }
 }
 
-void ProjectionProver::run(const Cell& cell, VisibleSet& visible, VisibleSet& open,
-                           CellStatistics& statistics, Evidence* evidence) {
-  const CellFrame frame(cell);
+// Adds the ranked occluders [from, end) that are legal for the cell and, if not among the first,
+// not hidden themselves.
+void ProjectionProver::add_occluders(const CellFrame& frame, double ground_depth,
+                                     const VisibleSet& visible, std::size_t from, std::size_t end,
+                                     CellStatistics& statistics) {
+  for (std::size_t i = from; i < end && occluders_.list.size() < kMostOccluders; ++i) {
+    const Occluder& occluder = scene_.occluders()[ranked_[i].index];
+    if (from > 0 && !owner_in(scene_, occluder, visible)) {
+      ++statistics.occluders_skipped;
+    } else if (legal_for_cell(scene_, occluder, frame, effort_.near_m)) {
+      add_local(scene_, occluder, frame, ground_depth, ranked_[i].solid_angle, occluders_);
+      screen_.add(occluders_.list.back().box);
+    }
+  }
+}
 
-  // 1. The largest occluders that are legal for this cell. With the eyes above the lowest occludee,
-  //    solids that stand on that level reach down without limit (theory 0.3).
+void ProjectionProver::begin_maps(std::span<const ProjectionPlane> planes,
+                                  CellStatistics& statistics) {
+  map_count_ = planes.size();
+  if (maps_.size() < map_count_) maps_.resize(map_count_);
+  for (std::size_t m = 0; m < map_count_; ++m) maps_[m].reset(planes[m]);
+  statistics.planes += static_cast<std::uint32_t>(map_count_);
+}
+
+// With the eyes above the lowest occludee, solids that stand on that level reach down without limit
+// (theory 0.3): by this much, or not at all for 0.
+double ProjectionProver::ground_depth(const CellFrame& frame, const Cell& cell) const {
   const double reach = length(scene_.bounds().size()) + length(frame.half()) +
                        length(scene_.bounds().center() - cell.center());
-  const double ground_depth = cell.bounds().lo.z >= scene_.ground() ? 4 * reach : 0;
+  return cell.bounds().lo.z >= scene_.ground() ? 4 * reach : 0;
+}
+
+void ProjectionProver::rank(const CellFrame& frame, const VisibleSet& visible,
+                            CellStatistics& statistics) {
   const double pixel = 2 * effort_.extent / effort_.resolution_px;
   ranking_.rank(frame, visible, kLeastPixels * pixel * pixel, kFirstOccluders, ranked_);
   statistics.occluder_candidates += static_cast<std::uint32_t>(ranked_.size());
   occluders_.list.clear();
   occluders_.points.clear();
   screen_.clear();
-  const auto add = [&](const RankedOccluder& ranked) {
-    const Occluder& occluder = scene_.occluders()[ranked.index];
-    if (!legal_for_cell(scene_, occluder, frame, effort_.near_m)) return;
-    add_local(scene_, occluder, frame, ground_depth, ranked.solid_angle, occluders_);
-    screen_.add(occluders_.list.back().box);
-  };
+}
+
+void ProjectionProver::run(const Cell& cell, VisibleSet& visible, VisibleSet& open,
+                           CellStatistics& statistics, Evidence* evidence) {
+  const CellFrame frame(cell);
+
+  // 1. The largest occluders that are legal for this cell.
+  const double depth = ground_depth(frame, cell);
+  rank(frame, visible, statistics);
   const std::size_t first = std::min(ranked_.size(), kFirstOccluders);
-  for (std::size_t i = 0; i < first; ++i) add(ranked_[i]);
+  add_occluders(frame, depth, visible, 0, first, statistics);
 
   // 2. Planes, and an empty map for each.
   const auto planes = choose_planes(frame, occluders_,
@@ -93,44 +121,67 @@ void ProjectionProver::run(const Cell& cell, VisibleSet& visible, VisibleSet& op
                                      .extent = effort_.extent,
                                      .resolution_px = effort_.resolution_px,
                                      .occludees = extent_of(scene_, frame, open)});
-  map_count_ = planes.size();
-  if (maps_.size() < map_count_) maps_.resize(map_count_);
-  for (std::size_t m = 0; m < map_count_; ++m) maps_[m].reset(planes[m]);
-  statistics.planes += static_cast<std::uint32_t>(map_count_);
+  begin_maps(planes, statistics);
 
   // 3. The largest occluders against all objects.
   VisibleSet hidden = open;
   HierarchyTest test(scene_, frame, maps());
   test.watch(evidence);
-  const auto note = [&](const VisibleSet& tested) {
-    if (evidence == nullptr || !tested.contains(evidence->object)) return;
-    evidence->planes = planes;
-    evidence->occluders = occluders_;
-  };
   project_from(frame, 0, statistics);
   test.run(open, 0);
-  note(hidden);
+  note(hidden, evidence);
   hidden.remove_all(open);
   visible.remove_all(hidden);
 
   // 4. The occluders that are not hidden themselves against what is left, this time by parts.
   hidden = open;
   const std::size_t drawn = occluders_.list.size();
-  for (std::size_t i = first; i < ranked_.size() && occluders_.list.size() < kMostOccluders; ++i)
-    if (owner_in(scene_, scene_.occluders()[ranked_[i].index], visible))
-      add(ranked_[i]);
-    else
-      ++statistics.occluders_skipped;
+  add_occluders(frame, depth, visible, first, ranked_.size(), statistics);
   project_from(frame, drawn, statistics);
   test.run(open, effort_.splits);
   if (effort_.surfaces) {
     draw_surfaces(cell, frame, open, statistics);
     test.run(open, effort_.splits);
   }
-  note(hidden);
+  note(hidden, evidence);
   statistics.box_tests += test.box_tests();
   hidden.remove_all(open);
   visible.remove_all(hidden);
+}
+
+void ProjectionProver::run_aimed(const Cell& cell, std::span<const ProjectionPlane> before,
+                                 VisibleSet& visible, VisibleSet& open, CellStatistics& statistics,
+                                 Evidence* evidence) {
+  const CellFrame frame(cell);
+  const double depth = ground_depth(frame, cell);
+  rank(frame, visible, statistics);
+  const std::size_t first = std::min(ranked_.size(), kFirstOccluders);
+  add_occluders(frame, depth, visible, 0, first, statistics);
+  add_occluders(frame, depth, visible, first, ranked_.size(), statistics);
+  const auto planes = aim_planes(scene_, frame, occluders_, open,
+                                 {.planes = std::min<std::size_t>(effort_.aimed_planes, kMaxMaps),
+                                  .extent = effort_.extent,
+                                  .resolution_px = effort_.resolution_px,
+                                  .before = before});
+  begin_maps(planes, statistics);
+  if (planes.empty()) return;
+  VisibleSet hidden = open;
+  HierarchyTest test(scene_, frame, maps());
+  test.watch(evidence);
+  project_from(frame, 0, statistics);
+  test.run(open, effort_.splits);
+  note(hidden, evidence);
+  statistics.box_tests += test.box_tests();
+  hidden.remove_all(open);
+  visible.remove_all(hidden);
+}
+
+// What the watched object was tested on, if it is in `tested`.
+void ProjectionProver::note(const VisibleSet& tested, Evidence* evidence) const {
+  if (evidence == nullptr || !tested.contains(evidence->object)) return;
+  evidence->planes.clear();
+  for (const OcclusionMap& map : maps()) evidence->planes.push_back(map.plane());
+  evidence->occluders = occluders_;
 }
 
 }  // namespace pvsfarm

@@ -25,8 +25,9 @@ struct ProjectionEffort {
   int planes_per_face = 6;
   double extent = 1.1;
   double near_m = 0;
-  int splits = 3;         // Rule S: an occludee's box is halved so often in a row
-  bool surfaces = false;  // whole surfaces occlude too, beside the convex pieces
+  int splits = 3;                 // Rule S: an occludee's box is halved so often in a row
+  bool surfaces = false;          // whole surfaces occlude too, beside the convex pieces
+  std::size_t aimed_planes = 12;  // of a run that aims, over all faces
 };
 
 // Threads: one object, one thread.
@@ -43,11 +44,21 @@ class ProjectionProver {
   // `evidence`, if any, is filled in where its object is in `open`, but for the method.
   void run(const Cell& cell, VisibleSet& visible, VisibleSet& open, CellStatistics& statistics,
            Evidence* evidence = nullptr);
+  // The same on planes that are aimed at what is open; `before` were tried already. May find no
+  // plane worth while, and then does nothing.
+  void run_aimed(const Cell& cell, std::span<const ProjectionPlane> before, VisibleSet& visible,
+                 VisibleSet& open, CellStatistics& statistics, Evidence* evidence = nullptr);
 
   // The maps of the last run, as they were at its end.
   std::span<const OcclusionMap> maps() const { return std::span(maps_).first(map_count_); }
 
  private:
+  double ground_depth(const CellFrame& frame, const Cell& cell) const;
+  void rank(const CellFrame& frame, const VisibleSet& visible, CellStatistics& statistics);
+  void note(const VisibleSet& tested, Evidence* evidence) const;
+  void add_occluders(const CellFrame& frame, double ground_depth, const VisibleSet& visible,
+                     std::size_t from, std::size_t end, CellStatistics& statistics);
+  void begin_maps(std::span<const ProjectionPlane> planes, CellStatistics& statistics);
   void project_from(const CellFrame& frame, std::size_t from, CellStatistics& statistics);
   void draw_surfaces(const Cell& cell, const CellFrame& frame, const VisibleSet& open,
                      CellStatistics& statistics);

@@ -123,12 +123,13 @@ PlanePlace Certificate::place_of(const ProjectionPlane& plane, const PlaneRect& 
 
 // The numbers are those of test_box (occludee_test.cpp).
 std::optional<ExplainFinding::Part> Certificate::redraw(const ProjectionPlane& plane,
-                                                        const Box& local_box) {
+                                                        const Box& local_box,
+                                                        const std::optional<PlaneRect>& improved) {
   const Box box = plane.plane_from_local(local_box);
   const double rounding =
       0x1p-48 * (std::abs(box.lo.z) + std::abs(box.hi.z) + plane.distance + 2 * plane.hw);
   if (!(box.lo.z + plane.distance > rounding)) return std::nullopt;
-  const PlaneRect rect = occludee_rect(plane, box);
+  const PlaneRect rect = improved.value_or(occludee_rect(plane, box));
   ExplainFinding::Part part{.box = world_around_local(cell_, local_box),
                             .plane = place_of(plane, rect),
                             .depth_m = box.lo.z,

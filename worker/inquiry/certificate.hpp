@@ -22,9 +22,12 @@ class Certificate {
   Certificate(const Scene& scene, const Cell& cell, const LocalOccluders& occluders, double near_m);
 
   // How far `plane` proves `local_box` hidden, and by whom; none if the box is not wholly beyond
-  // the cell's face. Blockers are picked greedily, whoever covers most of what is not covered yet,
-  // so that few are named; the share of each is what it adds.
-  std::optional<ExplainFinding::Part> redraw(const ProjectionPlane& plane, const Box& local_box);
+  // the cell's face. `improved`: of what its improved Projection is to be covered. Blockers are
+  // picked greedily, whoever covers most of what is not covered yet, so that few are named; the
+  // share of each is what it adds.
+  std::optional<ExplainFinding::Part> redraw(
+      const ProjectionPlane& plane, const Box& local_box,
+      const std::optional<PlaneRect>& improved = std::nullopt);
 
  private:
   // The pixels that one occluder covers before the box, a bit each.

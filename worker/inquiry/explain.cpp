@@ -56,7 +56,7 @@ ExplainFinding::Part Explainer::State::part_of(const Evidence::Part& hidden,
                                                const ExplainQuestion& question,
                                                const Evidence& evidence,
                                                Certificate& certificate) const {
-  auto part = certificate.redraw(evidence.planes[hidden.plane], hidden.local_box);
+  auto part = certificate.redraw(evidence.planes[hidden.plane], hidden.local_box, hidden.improved);
   PVS_CHECK(part.has_value());  // the prover asked no less of it
   part->objects = hidden.objects;
   // Widening by rounding, and by a cell's skew axes, is of no interest to people.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #include "worker/visibility/occludee_test.hpp"
 
@@ -134,6 +135,129 @@ std::vector<ProjectionPlane> choose_planes(const CellFrame& frame, const LocalOc
       planes.push_back(plane);
     }
   }
+  return planes;
+}
+
+namespace {
+
+constexpr std::size_t kAimedObjects = 128;  // of the open ones, evenly along the hierarchy
+constexpr std::size_t kBlockersEach = 8;    // the largest on the way
+constexpr double kNear = 0.7;    // a plane this much nearer or farther than an end is of no use
+constexpr double kApart = 0.97;  // candidates closer to each other are one
+
+// That an occluder on the way to an open object ends so far beyond a face.
+struct End {
+  std::size_t face;
+  double distance;
+  double weight;      // of the object
+  double served = 0;  // 0 .. 1: how near planes are already
+};
+
+// 1 for a plane at the end of a blocker, falling to 0; before the end the part behind is lost.
+double use_of(double plane, double end) {
+  const double ratio = plane < end ? plane / end : end / plane;
+  const double use = std::max(0.0, (ratio - kNear) / (1 - kNear));
+  return plane < end ? 0.5 * use : use;
+}
+
+// Whether the segment from 0 to `to` meets the box.
+bool crosses(const Box& box, const Vec3& to) {
+  double enter = 0, leave = 1;
+  for (int a = 0; a < 3; ++a) {
+    if (to[a] == 0) {
+      if (box.lo[a] > 0 || box.hi[a] < 0) return false;
+      continue;
+    }
+    const double t0 = box.lo[a] / to[a], t1 = box.hi[a] / to[a];
+    enter = std::max(enter, std::min(t0, t1));
+    leave = std::min(leave, std::max(t0, t1));
+  }
+  return enter <= leave;
+}
+
+// How far the near or the far side of the box lies beyond a face.
+double beyond(const Box& box, const CellFrame& frame, Face face, bool far_side) {
+  const bool high = (face.sign > 0) == far_side;
+  return face.sign * (high ? box.hi : box.lo)[face.axis] - frame.half()[face.axis];
+}
+
+// Of the face that the object lies farthest beyond.
+void add_ends(const Box& object, double weight, const CellFrame& frame,
+              const LocalOccluders& occluders, std::vector<End>& ends) {
+  std::size_t best = 0;
+  double most = 0;
+  for (std::size_t f = 0; f < kFaces.size(); ++f) {
+    const double distance = beyond(object, frame, kFaces[f], false);
+    if (distance > most) most = distance, best = f;
+  }
+  if (!(most > 0)) return;
+  std::size_t found = 0;
+  const Vec3 to = object.center();
+  for (const LocalOccluder& occluder : occluders.list) {
+    if (!crosses(occluder.box, to)) continue;
+    const double end = beyond(occluder.box, frame, kFaces[best], true);
+    if (!(end > 0) || beyond(occluder.box, frame, kFaces[best], false) >= most) continue;
+    ends.push_back({best, std::min(end, most), weight});
+    if (++found == kBlockersEach) return;
+  }
+}
+
+}  // namespace
+
+std::vector<ProjectionPlane> aim_planes(const Scene& scene, const CellFrame& frame,
+                                        const LocalOccluders& occluders, const VisibleSet& open,
+                                        const AimRequest& request) {
+  // 1. Where the blockers of a sample of what is open end.
+  std::vector<End> ends;
+  const std::size_t stride = open.count() / kAimedObjects + 1;
+  std::size_t number = 0;
+  open.for_each([&](ObjectId id) {
+    if (number++ % stride != stride / 2) return;
+    add_ends(frame.local_around_world(scene.object(id).box),
+             static_cast<double>(scene.object(id).triangle_count), frame, occluders, ends);
+  });
+  for (End& end : ends)
+    for (const ProjectionPlane& plane : request.before)
+      if (plane.face.axis == kFaces[end.face].axis && plane.face.sign == kFaces[end.face].sign)
+        end.served = std::max(end.served, use_of(plane.distance, end.distance));
+
+  // 2. The places to choose from.
+  std::vector<End> places = ends;
+  std::sort(places.begin(), places.end(), [](const End& a, const End& b) {
+    return a.face < b.face || (a.face == b.face && a.distance > b.distance);
+  });
+  std::vector<End> apart;
+  for (const End& place : places)
+    if (apart.empty() || apart.back().face != place.face ||
+        place.distance < kApart * apart.back().distance)
+      apart.push_back(place);
+
+  // 3. The best of them, one after the other.
+  const OccludeeExtent extent = extent_of(scene, frame, open);
+  std::vector<ProjectionPlane> planes;
+  while (planes.size() < request.planes) {
+    const End* best = nullptr;
+    double most = 0;
+    for (const End& place : apart) {
+      double gain = 0;
+      for (const End& end : ends)
+        if (end.face == place.face)
+          gain += end.weight * std::max(0.0, use_of(place.distance, end.distance) - end.served);
+      if (gain > most) most = gain, best = &place;
+    }
+    if (best == nullptr) break;
+    for (End& end : ends)
+      if (end.face == best->face)
+        end.served = std::max(end.served, use_of(best->distance, end.distance));
+    planes.push_back(square_plane(frame, kFaces[best->face], best->distance, request.extent,
+                                  request.resolution_px));
+    fit_rectangle(planes.back(), extent.around);
+  }
+  // Planes of one face together: boxes are tested on all of them at once.
+  std::stable_sort(
+      planes.begin(), planes.end(), [](const ProjectionPlane& a, const ProjectionPlane& b) {
+        return std::pair(a.face.axis, a.face.sign) < std::pair(b.face.axis, b.face.sign);
+      });
   return planes;
 }
 

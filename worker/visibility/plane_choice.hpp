@@ -7,6 +7,7 @@
 #pragma once
 
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "common/pvs/visible_set.hpp"
@@ -33,5 +34,20 @@ struct PlaneRequest {
 // first within a face. `occluders` must be ranked.
 std::vector<ProjectionPlane> choose_planes(const CellFrame& frame, const LocalOccluders& occluders,
                                            const PlaneRequest& request);
+
+// What planes are aimed at: objects that others have left open.
+struct AimRequest {
+  std::size_t planes = 12;  // at most so many, over all faces
+  double extent = 1.1;
+  int resolution_px = 256;
+  std::span<const ProjectionPlane> before;  // that the objects were tested on already
+};
+
+// Planes where the likely blockers of what is open end: of a sample of the objects, the occluders
+// that a line from the cell's centre meets before the object. Picked one by one, each the place
+// that is nearest to the ends of most blockers that no plane before it was near to.
+std::vector<ProjectionPlane> aim_planes(const Scene& scene, const CellFrame& frame,
+                                        const LocalOccluders& occluders, const VisibleSet& open,
+                                        const AimRequest& request);
 
 }  // namespace pvsfarm
