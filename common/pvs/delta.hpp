@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "common/base/ids.hpp"
+#include "common/pvs/hints.hpp"
 #include "common/pvs/method.hpp"
 #include "common/pvs/visible_set.hpp"
 
@@ -32,6 +33,7 @@ struct CellDelta {
   // where nobody asked.
   std::uint64_t point_triangles = 0;
   CellStatistics statistics;
+  HintBytes hints;  // of the cell's PVS, in its order (hints.hpp); empty: nobody asked
 };
 
 }  // namespace pvsfarm

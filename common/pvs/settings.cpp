@@ -14,6 +14,8 @@ void add_to_digest(DigestBuilder& digest, const EvaluatorSettings& s) {
       .add_f64(s.time_ms)
       .add_u64(static_cast<std::uint64_t>(s.item_buffer_px))
       .add_u64(s.budget_triangles);
+  // Not at all where there are none: bakes without hints are what they were before there were any.
+  if (s.hint_viewpoints > 0) digest.add("hints").add_u64(s.hint_viewpoints);
 }
 
 void add_to_digest(DigestBuilder& digest, const BakeSettings& s) {

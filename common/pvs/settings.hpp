@@ -10,6 +10,8 @@
 
 namespace pvsfarm {
 
+inline constexpr std::uint32_t kMaxHintViewpoints = 4096;
+
 enum class RasterKind : std::uint8_t { kDirect = 0, kOsmesa = 1 };
 
 inline constexpr Methods kDefaultMethods{Method::kAimedRays, Method::kProjection,
@@ -32,6 +34,9 @@ struct EvaluatorSettings {
   int item_buffer_px = 128;  // [limit] 32 .. 1024; pixels a side of an item buffer
   // The cell's polygon budget: methods are escalated while the PVS exceeds it. 0: none.
   std::uint64_t budget_triangles = 0;
+  // Viewpoints a cell that visibility hints are sampled from; 0: none. [limit] kMaxHintViewpoints
+  // No part of a bake's identity: its store is the same with any number.
+  std::uint32_t hint_viewpoints = 0;
   friend bool operator==(const EvaluatorSettings&, const EvaluatorSettings&) = default;
 };
 

@@ -125,10 +125,12 @@ struct DeltaHead {
   std::uint64_t hidden_bytes = 0, seen_bytes = 0;
   std::uint64_t point_triangles = 0;
   CellStatistics statistics;
+  std::uint64_t hint_bytes = 0;  // 0: no hints
+  std::uint64_t set_bytes() const { return hidden_bytes + seen_bytes + hint_bytes; }
 };
 struct ResultBegin {
   LeaseId lease{};
-  std::uint64_t bytes = 0;  // of all sets: of each delta the hidden set, then the seen one
+  std::uint64_t bytes = 0;  // of each delta the hidden set, the seen one, the hints
   std::vector<DeltaHead> deltas;
 };
 // The answers to the first questions of an inquiry; their bytes (finding_bytes.hpp) follow in

@@ -62,6 +62,7 @@ void pack_settings(const EvaluatorSettings& settings, proto::EvaluatorSettings& 
   out.set_time_ms(settings.time_ms);
   out.set_item_buffer_px(static_cast<std::uint32_t>(settings.item_buffer_px));
   out.set_budget_triangles(settings.budget_triangles);
+  out.set_hint_viewpoints(settings.hint_viewpoints);
 }
 
 void pack_statistics(const CellStatistics& statistics, proto::Statistics& out) {
@@ -153,6 +154,7 @@ void pack(const ResultBegin& plain, proto::ResultBegin& message) {
     pack_key(delta.key, *out.mutable_key());
     out.set_hidden_bytes(delta.hidden_bytes);
     out.set_seen_bytes(delta.seen_bytes);
+    out.set_hint_bytes(delta.hint_bytes);
     out.set_point_triangles(delta.point_triangles);
     pack_statistics(delta.statistics, *out.mutable_statistics());
   }

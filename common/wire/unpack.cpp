@@ -62,7 +62,8 @@ namespace {
 
 bool unpack_settings(const proto::EvaluatorSettings& in, EvaluatorSettings& out) {
   if (!proto::Raster_IsValid(in.raster()) || in.resolution_px() > 1024 ||
-      in.planes_per_face() > 16 || in.item_buffer_px() > 1024 || !std::isfinite(in.extent()) ||
+      in.planes_per_face() > 16 || in.item_buffer_px() > 1024 ||
+      in.hint_viewpoints() > kMaxHintViewpoints || !std::isfinite(in.extent()) ||
       !std::isfinite(in.near_m()) || !std::isfinite(in.gap()) || !std::isfinite(in.time_ms()))
     return false;
   out.raster = in.raster() == proto::RASTER_OSMESA ? RasterKind::kOsmesa : RasterKind::kDirect;
@@ -76,6 +77,7 @@ bool unpack_settings(const proto::EvaluatorSettings& in, EvaluatorSettings& out)
   out.time_ms = in.time_ms();
   out.item_buffer_px = static_cast<int>(in.item_buffer_px());
   out.budget_triangles = in.budget_triangles();
+  out.hint_viewpoints = in.hint_viewpoints();
   // A method that this program does not know cannot be left out quietly.
   return out.methods.bits() == in.methods() && out.resolution_px >= 64 &&
          out.planes_per_face >= 1 && out.extent >= 0.25 && out.extent <= 4 && out.near_m >= 0 &&
@@ -221,11 +223,13 @@ Status unpack(const proto::ResultBegin& in, ResultBegin& out) {
     DeltaHead& to = out.deltas.emplace_back();
     to.hidden_bytes = delta.hidden_bytes();
     to.seen_bytes = delta.seen_bytes();
+    to.hint_bytes = delta.hint_bytes();
     to.point_triangles = delta.point_triangles();
     if (to.hidden_bytes > kMaxResultBytes || to.seen_bytes > kMaxResultBytes ||
-        !unpack_key(delta.key(), to.key) || !unpack_statistics(delta.statistics(), to.statistics))
+        to.hint_bytes > kMaxResultBytes || !unpack_key(delta.key(), to.key) ||
+        !unpack_statistics(delta.statistics(), to.statistics))
       return refused("RESULT with a damaged delta");
-    sum += to.hidden_bytes + to.seen_bytes;
+    sum += to.set_bytes();
   }
   if (sum != out.bytes) return refused("RESULT whose sizes do not add up");
   return {};

@@ -120,6 +120,12 @@ void add_effort_options(CLI::App& command, BakeOptions& options) {
                   "at most so many rays a cell look for what is certainly seen; 0: none")
       ->capture_default_str();
   command
+      .add_option("--hints", settings.hint_viewpoints,
+                  "viewpoints a cell from which OUT.pvs.hints tells how often and how large each "
+                  "object shows, for levels of detail; 0: no such file")
+      ->check(CLI::Range(std::uint32_t{0}, kMaxHintViewpoints))
+      ->capture_default_str();
+  command
       .add_option("--cell-time", settings.time_ms,
                   "nominal ms after which no further method is begun; 0: no limit. Counted in work "
                   "at fixed prices, the same on every machine")

@@ -3,8 +3,10 @@
 #include <functional>
 #include <iostream>
 #include <memory>
+#include <optional>
 
 #include "common/base/atomic_file.hpp"
+#include "common/pvs/hints_file.hpp"
 #include "common/pvs/store_reader.hpp"
 #include "coordinator/cli/cell_times.hpp"
 #include "coordinator/cli/command.hpp"
@@ -16,7 +18,7 @@ namespace {
 
 struct ExportOptions {
   std::string store, output;
-  bool all = false;
+  bool all = false, hints = false;
 };
 
 using Sink = std::function<Status(std::string_view)>;
@@ -68,11 +70,29 @@ std::string node_line(UpAxis up, const StoredNode& node) {
   return line;
 }
 
+// Beside `visible`, in its order: degrees of 255, and sizes (docs/store_format.md).
+void append_hints(std::string& line, std::span<const std::byte> row) {
+  const auto list = [&](const char* name, std::span<const std::byte> values) {
+    line += std::string(",\"") + name + "\":[";
+    for (std::size_t i = 0; i < values.size(); ++i)
+      line += (i != 0 ? "," : "") + std::to_string(std::to_integer<unsigned>(values[i]));
+    line += ']';
+  };
+  list("degree", row.first(row.size() / 2));
+  list("size", row.subspan(row.size() / 2));
+}
+
 Status export_nodes(StoreReader& store, const ExportOptions& options, const Sink& sink) {
   const auto objects = store.objects();
   if (!objects) return objects.error();
   const auto times_ms = read_cell_times(options.store, store.node_count());
   if (!times_ms) return times_ms.error();
+  std::optional<HintsReader> hints;
+  if (options.hints) {
+    auto read = read_hints(store);
+    if (!read) return read.error();
+    hints = std::move(*read);
+  }
   const UpAxis up = store.header().up;
   if (Status status = sink(head_line(up, *objects)); !status) return status;
   for (std::uint32_t i = 0; i < store.node_count(); ++i) {
@@ -89,6 +109,7 @@ Status export_nodes(StoreReader& store, const ExportOptions& options, const Sink
             R"(,"seen_triangles":)" + std::to_string(triangles_of(sets->seen, *objects)) +
             R"(,"ms":)";
     append_json(line, times_ms->at(i));
+    if (hints && node->leaf) append_hints(line, hints->row(i));
     if (Status status = sink(line + "}\n"); !status) return status;
   }
   return {};
@@ -118,6 +139,8 @@ void add_export_command(CLI::App& app, CommandContext& context) {
   command->add_option("store", options->store, "the .pvs file")->required();
   command->add_option("-o,--output", options->output,
                       "a file, whole or not at all; default stdout");
+  command->add_flag("--hints", options->hints,
+                    "of leaves, `degree` and `size` of each visible object, from STORE.hints");
   command->add_flag("--all", options->all, "inner cells too, not only leaves");
   command->footer(
       "The first line lists the objects, each further line is a cell, in the scene file's own\n"

@@ -4,6 +4,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "common/pvs/hints_file.hpp"
 #include "common/pvs/store_reader.hpp"
 #include "coordinator/cli/command.hpp"
 #include "coordinator/cli/file_cell.hpp"
@@ -15,7 +16,7 @@ namespace {
 struct QueryOptions {
   std::string store;
   std::vector<double> at;
-  bool json = false;
+  bool json = false, hints = false;
 };
 
 struct Answer {
@@ -25,6 +26,7 @@ struct Answer {
   StoredNode node;
   StoredSets sets;
   std::vector<StoreObject> objects;
+  std::vector<std::byte> hints;  // of the cell, where asked for
   std::uint64_t triangles = 0, scene_triangles = 0;
 };
 
@@ -89,11 +91,18 @@ void print_text(const Answer& a) {
     std::cout << "; " << grouped(a.node.seen.objects) << " certified seen, gap "
               << fixed(100 * gap_of(a.node.visible.triangles, a.node.seen.triangles), 1)
               << " % of the triangles";
-  std::cout << "\n\nid\ttriangles\tseen\tname\n";
+  std::cout << "\n\nid\ttriangles\tseen\t" << (a.hints.empty() ? "" : "degree\tsteradians\t")
+            << "name\n";
+  std::size_t position = 0;
   a.sets.visible.for_each([&](ObjectId id) {
     const StoreObject& object = a.objects[index_of(id)];
     std::cout << index_of(id) << '\t' << object.triangle_count << '\t'
-              << (a.sets.seen.contains(id) ? "yes" : "-") << '\t' << object.name << '\n';
+              << (a.sets.seen.contains(id) ? "yes" : "-") << '\t';
+    if (!a.hints.empty()) {
+      const VisibilityHint hint = hint_at(a.hints, position++);
+      std::cout << fixed(hint.degree / 255.0, 2) << '\t' << steradians_of(hint.size) << '\t';
+    }
+    std::cout << object.name << '\n';
   });
 }
 
@@ -102,12 +111,17 @@ nlohmann::ordered_json json_of(const Vec3& v) { return {v.x, v.y, v.z}; }
 void print_json(const Answer& a) {
   const FileCell cell = file_cell(a.up, a.node.cell);
   nlohmann::ordered_json visible = nlohmann::ordered_json::array();
+  std::size_t position = 0;
   a.sets.visible.for_each([&](ObjectId id) {
     const StoreObject& object = a.objects[index_of(id)];
     visible.push_back({{"id", index_of(id)},
                        {"name", object.name},
                        {"triangles", object.triangle_count},
                        {"seen", a.sets.seen.contains(id)}});
+    if (a.hints.empty()) return;
+    const VisibilityHint hint = hint_at(a.hints, position++);
+    visible.back()["degree"] = hint.degree;
+    visible.back()["size"] = hint.size;
   });
   const nlohmann::ordered_json out{
       {"at", json_of(a.point)},
@@ -131,8 +145,14 @@ void print_json(const Answer& a) {
 Status run_query(const QueryOptions& options) {
   auto store = StoreReader::open(options.store);
   if (!store) return store.error();
-  const auto found = answer(**store, {options.at[0], options.at[1], options.at[2]});
+  auto found = answer(**store, {options.at[0], options.at[1], options.at[2]});
   if (!found) return found.error();
+  if (options.hints) {
+    const auto hints = read_hints(**store);
+    if (!hints) return hints.error();
+    const auto row = hints->row(found->node.index);
+    found->hints.assign(row.begin(), row.end());
+  }
   options.json ? print_json(*found) : print_text(*found);
   return {};
 }
@@ -148,6 +168,8 @@ void add_query_command(CLI::App& app, CommandContext& context) {
       ->delimiter(',')
       ->expected(3)
       ->type_name("X,Y,Z");
+  command->add_flag("--hints", options->hints,
+                    "how often and how large each object shows, from STORE.hints");
   command->add_flag("--json", options->json, "one JSON object instead of text");
   command->footer(
       "Answers with the leaf cell that holds the point: on a border, the lowest of those that do.\n"

@@ -13,7 +13,7 @@ namespace pvsfarm {
 namespace {
 
 constexpr int kApplicationId = 0x5056534a;  // "PVSJ"
-constexpr int kFormatVersion = 2;
+constexpr int kFormatVersion = 3;
 
 // SQLite compares blobs as bytes: this makes its order that of CellKey.
 using KeyBytes = std::array<std::uint8_t, 13>;
@@ -56,7 +56,8 @@ struct Use {
 constexpr const char* kSchema =
     "CREATE TABLE meta(name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;"
     "CREATE TABLE results(key BLOB PRIMARY KEY, digest BLOB NOT NULL, hidden BLOB NOT NULL,"
-    " seen BLOB NOT NULL, point_triangles INTEGER NOT NULL, statistics BLOB NOT NULL);";
+    " seen BLOB NOT NULL, point_triangles INTEGER NOT NULL, statistics BLOB NOT NULL,"
+    " hints BLOB NOT NULL);";
 
 }  // namespace
 
@@ -200,10 +201,10 @@ Result<std::unique_ptr<Journal>> Journal::open(const std::string& path,
   const std::pair<Statement*, const char*> statements[] = {
       {&state->begin_all, "BEGIN IMMEDIATE"},
       {&state->commit_all, "COMMIT"},
-      {&state->insert, "INSERT INTO results VALUES(?,?,?,?,?,?)"},
+      {&state->insert, "INSERT INTO results VALUES(?,?,?,?,?,?,?)"},
       {&state->find, "SELECT digest FROM results WHERE key=?"},
       {&state->select,
-       "SELECT key,digest,hidden,seen,point_triangles,statistics FROM results ORDER BY key"},
+       "SELECT key,digest,hidden,seen,point_triangles,statistics,hints FROM results ORDER BY key"},
       {&state->set_meta, "INSERT OR REPLACE INTO meta VALUES(?,?)"},
       {&state->get_meta, "SELECT value FROM meta WHERE name=?"}};
   for (const auto& [statement, sql] : statements) {
@@ -244,7 +245,9 @@ Status Journal::append(const ResultRow& row) {
   const Digest digest = delta_digest(row);
   const std::vector<std::byte> statistics = encode(row.statistics);
   const auto bind = [&](int column, std::span<const std::byte> blob) {
-    sqlite3_bind_blob64(use.handle, column, blob.data(), blob.size(), SQLITE_STATIC);
+    // SQLite takes a null pointer for NULL, not for an empty blob.
+    const void* first = blob.empty() ? "" : static_cast<const void*>(blob.data());
+    sqlite3_bind_blob64(use.handle, column, first, blob.size(), SQLITE_STATIC);
   };
   bind(1, std::as_bytes(std::span(key)));
   bind(2, std::as_bytes(std::span(digest.bytes)));
@@ -252,6 +255,7 @@ Status Journal::append(const ResultRow& row) {
   bind(4, row.seen);
   sqlite3_bind_int64(use.handle, 5, static_cast<sqlite3_int64>(row.point_triangles));
   bind(6, statistics);
+  bind(7, row.hints);
   if (sqlite3_step(use.handle) != SQLITE_DONE) return state_->error();
   ++state_->uncommitted;
   ++state_->rows;
@@ -292,7 +296,7 @@ Status Journal::for_each(const std::function<Status(ResultRow)>& visit) const {
     const auto key = key_from(reinterpret_cast<const std::uint8_t*>(blob(0).data()),
                               sqlite3_column_bytes(use.handle, 0));
     const auto points = static_cast<std::uint64_t>(sqlite3_column_int64(use.handle, 4));
-    ResultRow row{key.value_or(CellKey{}), copy(2), copy(3), points, {}};
+    ResultRow row{key.value_or(CellKey{}), copy(2), copy(3), points, {}, copy(6)};
     const auto digest = blob(1);
     if (!key || digest.size() != 32 ||
         std::memcmp(delta_digest(row).bytes.data(), digest.data(), 32) != 0 ||

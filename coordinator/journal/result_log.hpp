@@ -19,10 +19,11 @@ struct ResultRow {
   std::vector<std::byte> hidden, seen;  // canonical bytes of the delta's sets
   std::uint64_t point_triangles = 0;
   CellStatistics statistics;
+  HintBytes hints;  // may be empty
 };
 
-// The identity of a delta: of cell, sets and point_triangles, never of what it cost, and of our own
-// bytes, never of Protobuf's.
+// The identity of a delta: of cell, sets, hints and point_triangles, never of what it cost, and of
+// our own bytes, never of Protobuf's.
 Digest delta_digest(const ResultRow& row);
 
 class ResultLog {

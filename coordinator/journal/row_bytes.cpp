@@ -101,6 +101,8 @@ Digest delta_digest(const ResultRow& row) {
       .add_u64(row.seen.size())
       .add(row.seen)
       .add_u64(row.point_triangles)
+      .add_u64(row.hints.size())
+      .add(row.hints)
       .finish();
 }
 

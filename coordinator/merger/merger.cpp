@@ -7,8 +7,8 @@ Result<CellDelta> decode_row(const ResultRow& row, std::uint32_t object_count) {
   if (!hidden) return hidden.error();
   Result<VisibleSet> seen = decode_visible_set(row.seen, object_count);
   if (!seen) return seen.error();
-  return CellDelta{row.key, std::move(*hidden), std::move(*seen), row.point_triangles,
-                   row.statistics};
+  return CellDelta{row.key,        std::move(*hidden), std::move(*seen), row.point_triangles,
+                   row.statistics, row.hints};
 }
 
 Result<MergeAnswer> Merger::apply(const ResultRow& row) {
@@ -26,11 +26,21 @@ Result<MergeAnswer> Merger::replay(const ResultRow& row) {
   return merge_open(row, false);
 }
 
+// Two bytes for each object that the delta leaves.
+bool Merger::hints_fit(const CellDelta& delta) const {
+  VisibleSet left = tree_.decoded_parent(delta.key);
+  if (delta.hidden.universe() != left.universe()) return false;
+  left.remove_all(delta.hidden);
+  return delta.hints.size() == 2 * std::size_t{left.count()};
+}
+
 Result<MergeAnswer> Merger::merge_open(const ResultRow& row, bool append) {
   Result<CellDelta> delta = decode_row(row, tree_.object_count());
   if (!delta) return delta.error();
   if (encode(delta->hidden) != row.hidden || encode(delta->seen) != row.seen)
     return invalid_input("delta whose bytes are not in canonical form");
+  if (!row.hints.empty() && !hints_fit(*delta))
+    return invalid_input("hints that do not fit their cell's set");
   const Result<Tree::Merged> merged = tree_.merge(*delta);
   if (!merged) return merged.error();
   if (append) {

@@ -39,6 +39,7 @@ class Merger {
   Result<MergeAnswer> replay(const ResultRow& row);
 
  private:
+  bool hints_fit(const CellDelta& delta) const;
   Result<MergeAnswer> merge_open(const ResultRow& row, bool append);
 
   Tree& tree_;

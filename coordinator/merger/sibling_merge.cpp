@@ -77,6 +77,8 @@ class SubtreeMerge {
     SubtreeNode& node = nodes_[at];
     const VisibleSet seen_by_halves =
         union_within(both, unpacked(nodes_[low].seen, tree_), unpacked(nodes_[high].seen, tree_));
+    if (!nodes_[low].hints.empty() || !nodes_[high].hints.empty())
+      node.hints = united_hints(both, {a, nodes_[low].hints}, {b, nodes_[high].hints});
     node.visible = encode(both);
     node.seen = encode(union_within(both, seen_by_halves, seen));
     node.node.leaf = true;

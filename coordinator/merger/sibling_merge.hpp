@@ -40,6 +40,7 @@ struct CostFigures {
 struct SubtreeNode {
   StoreNode node;  // but for its sets
   std::vector<std::byte> visible, seen;
+  HintBytes hints;            // of `visible`; empty: unknown
   CostFigures cost;           // with that of the nodes merged into it
   std::uint32_t parts = 0;    // nodes merged into it
   std::uint32_t refuted = 0;  // objects that it saw, but both its halves hold for hidden: a bug

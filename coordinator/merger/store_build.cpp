@@ -37,8 +37,9 @@ std::string statistics_line(std::uint64_t node, const SubtreeNode& part) {
 
 }  // namespace
 
-StoreBuild::StoreBuild(const Tree& tree, std::vector<std::int64_t> root_ids, StoreWriter& writer)
-    : tree_(tree), root_ids_(std::move(root_ids)), writer_(writer) {
+StoreBuild::StoreBuild(const Tree& tree, std::vector<std::int64_t> root_ids, StoreWriter& writer,
+                       HintsWriter* hints)
+    : tree_(tree), root_ids_(std::move(root_ids)), writer_(writer), hints_(hints) {
   PVS_CHECK_EQ(root_ids_.size(), tree_.root_count());
 }
 
@@ -78,6 +79,7 @@ Status StoreBuild::take(Expected expected, const ResultRow* row) {
         {part.node.cell, part.node.key.depth(), tree_.triangles(visible), row->point_triangles},
         tree_.subdivision());
     part.node.leaf = part.node.reason != LeafReason::kNone;
+    if (hints_ != nullptr) part.hints = row->hints;
     part.cost.add(row->statistics);
     figures_.cost.add(row->statistics);
     ++figures_.evaluated;
@@ -102,6 +104,13 @@ Status StoreBuild::finish_root() {
   return {};
 }
 
+Status StoreBuild::write_hints(const SubtreeNode& part) {
+  if (hints_ == nullptr) return {};
+  if (!part.node.leaf) return hints_->add({});
+  const std::size_t objects = part.node.visible.count();
+  return hints_->add(part.hints.empty() ? unknown_hints(objects) : part.hints);
+}
+
 Status StoreBuild::write(SubtreeNode& part) {
   StoreNode& node = part.node;
   for (const auto& [bytes, set] :
@@ -111,6 +120,7 @@ Status StoreBuild::write(SubtreeNode& part) {
     *set = std::move(unpacked).value();
   }
   if (Status status = writer_.add(node); !status) return status;
+  if (Status status = write_hints(part); !status) return status;
   lines_ += statistics_line(figures_.nodes, part);
   ++figures_.nodes;
   figures_.merged_parts += part.parts;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/pvs/hints_file.hpp"
 #include "common/pvs/store_writer.hpp"
 #include "coordinator/journal/result_log.hpp"
 #include "coordinator/merger/sibling_merge.hpp"
@@ -31,7 +32,9 @@ struct StoreFigures {
 class StoreBuild {
  public:
   // `tree` and `writer` outlive this. `root_ids`: as the cells file gives them, by root.
-  StoreBuild(const Tree& tree, std::vector<std::int64_t> root_ids, StoreWriter& writer);
+  // `hints`, if any, outlives it too and is given the hints of every node.
+  StoreBuild(const Tree& tree, std::vector<std::int64_t> root_ids, StoreWriter& writer,
+             HintsWriter* hints = nullptr);
 
   // Rows in canonical order. A node without a row was given up: a leaf with its parent's set.
   // Errors: kIo (the writer), kInvalidInput (a row of a cell that splitting does not make).
@@ -53,11 +56,13 @@ class StoreBuild {
   Status take(Expected expected, const ResultRow* row);
   Status finish_root();
   Status write(SubtreeNode& part);
+  Status write_hints(const SubtreeNode& part);
   bool next_expected(Expected& out);
 
   const Tree& tree_;
   std::vector<std::int64_t> root_ids_;
   StoreWriter& writer_;
+  HintsWriter* hints_;
   std::vector<Expected> expected_;  // the nearest last; at most one a depth
   std::vector<SubtreeNode> subtree_;
   std::uint32_t next_root_ = 0;

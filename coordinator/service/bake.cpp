@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "common/base/file.hpp"
+#include "common/pvs/hints_file.hpp"
 #include "common/pvs/kernel.hpp"
 #include "common/pvs/store_reader.hpp"
 #include "coordinator/journal/journal.hpp"
@@ -63,7 +64,25 @@ bool already_baked(const BakeJob& job, const Digest& bake_digest) {
   if (job.fresh || fs::exists(journal_path(job.output), none) || !fs::exists(job.output, none))
     return false;
   const auto store = StoreReader::open(job.output);
-  return store && (*store)->header().bake_digest == bake_digest;
+  if (!store || (*store)->header().bake_digest != bake_digest) return false;
+  const std::uint32_t viewpoints = job.settings.evaluator.hint_viewpoints;
+  if (viewpoints == 0) return true;
+  const auto hints = HintsReader::open(hints_path(job.output));
+  return hints && hints->store() == (*store)->digest() && hints->viewpoints() == viewpoints;
+}
+
+// The same cells are in the journal with hints and without, but not the same rows.
+Digest journal_digest(const Digest& bake_digest, const BakeSettings& settings) {
+  if (settings.evaluator.hint_viewpoints == 0) return bake_digest;
+  DigestBuilder digest;
+  digest.add(std::as_bytes(std::span(bake_digest.bytes)));
+  return digest.add("hints").add_u64(settings.evaluator.hint_viewpoints).finish();
+}
+
+std::string journal_settings(const BakeSettings& settings) {
+  const std::uint32_t viewpoints = settings.evaluator.hint_viewpoints;
+  const std::string text = settings_json(settings, "");
+  return viewpoints == 0 ? text : text + " hints " + std::to_string(viewpoints);
 }
 
 // The bake while it runs: what outlives the loop and is needed by the final store.
@@ -97,13 +116,26 @@ Status resume(Running& running) {
   return {};
 }
 
+// To the store as it is on the disk. While they are not there, the journal is.
+Status bind_hints(HintsWriter& hints, const std::string& output) {
+  const auto store = StoreReader::open(output);
+  if (!store) return store.error();
+  return hints.finish((*store)->digest());
+}
+
 Status write_store(const Running& running, const BakeJob& job, const Digest& bake_digest,
                    const FarmObserver& observer, BakeSummary& summary) {
   const StoreHeader header{running.scene->file_up(), running.scene->digest(), bake_digest,
                            settings_json(job.settings, running.kernel)};
   auto writer = StoreWriter::create(job.output, header, *running.scene);
   if (!writer) return writer.error();
-  StoreBuild build(*running.tree, running.root_ids, **writer);
+  std::unique_ptr<HintsWriter> hints;
+  if (const std::uint32_t viewpoints = job.settings.evaluator.hint_viewpoints; viewpoints > 0) {
+    auto created = HintsWriter::create(hints_path(job.output), viewpoints);
+    if (!created) return created.error();
+    hints = std::move(created).value();
+  }
+  StoreBuild build(*running.tree, running.root_ids, **writer, hints.get());
   Status added = running.journal->for_each([&](const ResultRow& row) { return build.add(row); });
   if (!added) return added;
   if (Status status = build.finish(); !status) return status;
@@ -111,9 +143,11 @@ Status write_store(const Running& running, const BakeJob& job, const Digest& bak
   if (Status status = write_file(job.output + ".stats", build.statistics_lines()); !status)
     return status;
   if (Status status = (*writer)->finish(); !status) return status;
+  if (hints)
+    if (Status status = bind_hints(*hints, job.output); !status) return status;
 
   const StoreFigures& figures = summary.store = build.figures();
-  if (figures.refuted > 0)
+  if (figures.refuted > 0 && observer.warning)
     observer.warning("A WITNESS REFUTES A CERTIFICATE: " + std::to_string(figures.refuted) +
                      " times an object seen from a cell is in the set of neither half; this is a "
                      "bug of pvsfarm: please report it");
@@ -179,8 +213,8 @@ Result<BakeSummary> bake(BakeJob job, const FarmOptions& farm, const FarmObserve
   if (job.fresh)
     if (Status status = Journal::discard(journal_path(job.output)); !status) return status.error();
   Running running;
-  auto journal =
-      Journal::open(journal_path(job.output), {bake_digest, settings_json(job.settings, "")});
+  auto journal = Journal::open(journal_path(job.output), {journal_digest(bake_digest, job.settings),
+                                                          journal_settings(job.settings)});
   if (!journal) return journal.error();
   running.journal = std::move(journal).value();
 
@@ -204,7 +238,7 @@ Result<BakeSummary> bake(BakeJob job, const FarmOptions& farm, const FarmObserve
   running.tree = std::make_unique<Tree>(TreeScene::of(*running.scene), std::move(cells),
                                         job.settings.subdivision);
   if (Status status = resume(running); !status) return status.error();
-  if (running.resumed > 0)
+  if (running.resumed > 0 && observer.note)
     observer.note("resuming: " + std::to_string(running.resumed) + " cells are in the journal");
   BakeSummary summary{.resumed = running.resumed};
   if (Status status = evaluate_cells(job, farm, observer, running, *folder, summary); !status)

@@ -11,7 +11,9 @@ Digest bake_digest_of(const Digest& scene, const std::vector<RootCell>& roots,
   DigestBuilder digest;
   digest.add("pvsfarm bake").add_u64(static_cast<std::uint64_t>(kAlgorithmVersion));
   digest.add(std::as_bytes(std::span(scene.bytes)));
-  add_to_digest(digest, settings);
+  BakeSettings of_the_store = settings;
+  of_the_store.evaluator.hint_viewpoints = 0;
+  add_to_digest(digest, of_the_store);
   digest.add_u64(roots.size());
   for (const RootCell& root : roots) {
     digest.add_u64(static_cast<std::uint64_t>(root.id));

@@ -42,7 +42,9 @@ Status BakeWork::accept(const WorkResult& result, WorkAnswer& answer) {
     const auto seen = rest.subspan(head.hidden_bytes, head.seen_bytes);
     row.hidden.assign(hidden.begin(), hidden.end());
     row.seen.assign(seen.begin(), seen.end());
-    offset += head.hidden_bytes + head.seen_bytes;
+    const auto hints = rest.subspan(head.hidden_bytes + head.seen_bytes, head.hint_bytes);
+    row.hints.assign(hints.begin(), hints.end());
+    offset += head.set_bytes();
     if (Status status = merge(row, result.worker, answer); !status) return status;
   }
   return {};
@@ -67,7 +69,7 @@ Status BakeWork::merge(const ResultRow& row, const std::string& worker, WorkAnsw
       note_contradictions(row, worker, answer);
       answer.done.push_back({row.key, row.statistics.cpu_ms});
       estimate_.done({row.key.depth(), row.statistics.cpu_ms, merged->split, true});
-      result_bytes_ += row.hidden.size() + row.seen.size();
+      result_bytes_ += row.hidden.size() + row.seen.size() + row.hints.size();
       for (int half = 0; merged->split && half < 2; ++half) {
         opened_.push_back(row.key.child(half));
         estimate_.opened(row.key.depth() + 1);

@@ -111,7 +111,7 @@ Status InquiryWork::accept(const WorkResult& result, WorkAnswer& answer) {
       if constexpr (std::is_same_v<std::decay_t<decltype(head)>, FindingHead>)
         bytes = head.bytes;
       else
-        bytes = head.hidden_bytes + head.seen_bytes;
+        bytes = head.set_bytes();
       if (Status status = take(handed, i, head, rest.first(bytes), answer); !status) return status;
       rest = rest.subspan(bytes);
     }

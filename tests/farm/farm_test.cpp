@@ -113,6 +113,42 @@ TEST_F(FarmTest, any_number_of_workers_makes_the_same_bytes_and_leaves_nothing_b
   }
 }
 
+TEST_F(FarmTest, hints_stand_beside_the_same_store_and_are_the_same_bytes_too) {
+  std::string hints;
+  for (const char* workers : {"1", "2"}) {
+    Process bake(bake_command(out_, {"--workers", workers, "--hints", "8"}), log("bake"));
+    ASSERT_EQ(bake.wait(), 0) << bake.err();
+    expect_golden();
+    const std::string bytes = read_file(out_ + ".hints").value();
+    if (!hints.empty()) EXPECT_TRUE(bytes == hints);
+    hints = bytes;
+    fs::remove(out_);
+  }
+  // A store without its hints is baked again when they are asked for, and no more after that.
+  fs::copy(suite_ + "/golden.pvs", out_);
+  for (const bool again : {false, true}) {
+    if (!again) fs::remove(out_ + ".hints");
+    Process bake(bake_command(out_, {"--hints", "8"}), log("bake"));
+    ASSERT_EQ(bake.wait(), 0) << bake.err();
+    EXPECT_EQ(nlohmann::json::parse(bake.out())["already_baked"], again);
+    EXPECT_TRUE(read_file(out_ + ".hints").value() == hints);
+  }
+  const auto exported = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> command{kPvsfarm, "export", out_};
+    command.insert(command.end(), more.begin(), more.end());
+    Process process(command, log("export"));
+    EXPECT_EQ(process.wait(), 0) << process.err();
+    const std::string text = process.out();
+    return nlohmann::json::parse(
+        text.substr(text.find('\n') + 1, text.find('\n', text.find('\n') + 1) - text.find('\n')));
+  };
+  EXPECT_FALSE(exported({}).contains("degree"));
+  const auto cell = exported({"--hints"});
+  EXPECT_EQ(cell["degree"].size(), cell["visible"].size());
+  EXPECT_EQ(cell["size"].size(), cell["visible"].size());
+  EXPECT_EQ(cell["degree"].front().get<int>() > 0, cell["size"].front().get<int>() > 0);
+}
+
 TEST_F(FarmTest, what_is_baked_already_is_not_baked_again) {
   fs::copy(suite_ + "/golden.pvs", out_);
   Process again(bake_command(out_), log("bake"));

@@ -39,6 +39,11 @@ class JournalTest : public testing::Test {
     statistics.methods[2] = {.seen_objects = 60 - hidden, .work = 1ull << 40, .cpu_ms = 0.25};
     return {key, encode(set), encode(seen), 1000ull + hidden, statistics};
   }
+  static ResultRow row_with_hints(const CellKey& key, std::uint32_t hidden) {
+    ResultRow out = row(key, hidden);
+    out.hints = unknown_hints(64 - hidden);
+    return out;
+  }
   std::vector<ResultRow> rows(const Journal& journal) {
     std::vector<ResultRow> out;
     const Status status = journal.for_each([&](ResultRow r) {
@@ -81,8 +86,10 @@ TEST_F(JournalTest, rows_come_back_in_canonical_order) {
   const std::vector<CellKey> keys{{0, 1}, {0, 2}, {0, 4}, {0, 5}, {0, 3}, {1, 1}, {300, 1}};
   {
     auto journal = Journal::open(path_, bake("a")).value();
-    for (std::size_t i = keys.size(); i-- > 0;)
-      ASSERT_TRUE(journal->append(row(keys[i], static_cast<std::uint32_t>(i))).ok());
+    for (std::size_t i = keys.size(); i-- > 0;) {
+      const auto make = i % 2 == 0 ? row : row_with_hints;
+      ASSERT_TRUE(journal->append(make(keys[i], static_cast<std::uint32_t>(i))).ok());
+    }
     ASSERT_TRUE(journal->commit().ok());
   }
   const auto journal = Journal::open(path_, bake("a")).value();
@@ -94,6 +101,7 @@ TEST_F(JournalTest, rows_come_back_in_canonical_order) {
     const ResultRow written = row(keys[i], static_cast<std::uint32_t>(i));
     EXPECT_EQ(back[i].hidden, written.hidden);
     EXPECT_EQ(back[i].seen, written.seen);
+    EXPECT_EQ(back[i].hints.size(), i % 2 == 0 ? 0 : 2 * (64 - i));
     EXPECT_EQ(back[i].point_triangles, written.point_triangles);
     EXPECT_EQ(back[i].statistics.cpu_ms, 0.5 + static_cast<double>(i));
     EXPECT_EQ(back[i].statistics.box_tests, 7u);
@@ -191,6 +199,11 @@ TEST_F(JournalTest, the_merger_merges_once_and_tells_copies_from_contradictions)
   ResultRow two_minds = row({0, 1}, 3);
   two_minds.seen = encode(VisibleSet::all(64));  // three of them are hidden
   EXPECT_EQ(merger.apply(two_minds).error().kind, ErrorKind::kInvalidInput);
+  for (const std::size_t count : {0, 60, 62}) {
+    ResultRow misfit = row_with_hints({0, 1}, 3);
+    misfit.hints.resize(2 * count + 1);
+    EXPECT_EQ(merger.apply(misfit).error().kind, ErrorKind::kInvalidInput) << count;
+  }
   ResultRow blind = row({0, 1}, 3);
   blind.seen.clear();
   EXPECT_EQ(merger.apply(blind).error().kind, ErrorKind::kInvalidInput);
@@ -206,6 +219,7 @@ TEST_F(JournalTest, the_merger_merges_once_and_tells_copies_from_contradictions)
   ResultRow other_point = row({0, 1}, 3);
   other_point.point_triangles += 1;
   EXPECT_EQ(merger.apply(other_point).value().outcome, MergeOutcome::kMismatch);
+  EXPECT_EQ(merger.apply(row_with_hints({0, 1}, 3)).value().outcome, MergeOutcome::kMismatch);
   EXPECT_EQ(merger.apply(row({0, 2}, 3)).value().outcome, MergeOutcome::kStale);
   EXPECT_EQ(merger.apply(row({9, 1}, 3)).value().outcome, MergeOutcome::kStale);
   EXPECT_EQ(journal->row_count(), 1u);

@@ -34,6 +34,7 @@ struct CellAnswer {
   VisibleSet visible;
   VisibleSet seen = VisibleSet::none(kObjects);
   CellStatistics statistics{.cpu_ms = 1};
+  std::vector<VisibilityHint> hints = {};
 };
 using Answers = std::map<CellKey, CellAnswer>;
 
@@ -43,18 +44,22 @@ struct Built {
   std::string lines;
 };
 
-Built build(const Answers& answers, const SubdivisionSettings& settings, std::uint32_t roots = 1) {
+Built build(const Answers& answers, const SubdivisionSettings& settings, std::uint32_t roots = 1,
+            HintsWriter* hints = nullptr) {
   std::vector<Cell> cells;
   for (std::uint32_t i = 0; i < roots; ++i)
     cells.push_back(Cell::aligned({{8. * i, 0, 0}, {8. * i + 8, 1, 1}}));
   const Tree tree({VisibleSet::all(kObjects), kTriangles}, cells, settings);
   KeptNodes kept;
-  StoreBuild build(tree, std::vector<std::int64_t>(roots, 7), kept);
+  StoreBuild build(tree, std::vector<std::int64_t>(roots, 7), kept, hints);
   for (const auto& [key, answer] : answers) {
     VisibleSet hidden = VisibleSet::all(kObjects);
     if (!key.is_root()) hidden = answers.at(key.parent()).visible;
     hidden.remove_all(answer.visible);
-    EXPECT_TRUE(build.add({key, encode(hidden), encode(answer.seen), 0, answer.statistics}).ok());
+    EXPECT_TRUE(build
+                    .add({key, encode(hidden), encode(answer.seen), 0, answer.statistics,
+                          pack_hints(answer.hints)})
+                    .ok());
   }
   EXPECT_TRUE(build.finish().ok());
   Built out{{}, build.figures(), build.statistics_lines()};
@@ -176,6 +181,32 @@ TEST(StoreBuild, a_cell_given_up_merges_with_nothing) {
   EXPECT_EQ(built.nodes.at({0, 3}).reason, LeafReason::kGivenUp);
   EXPECT_EQ(built.figures.quarantined, 1u);
   EXPECT_EQ(built.figures.evaluated, 2u);
+}
+
+// The rows of hints as they are read back, by node.
+std::vector<std::vector<VisibilityHint>> hints_of(const Answers& answers, double tolerance) {
+  const std::string path = testing::TempDir() + "store_build.hints";
+  auto writer = HintsWriter::create(path, 4).value();
+  build(answers, one_split(tolerance), 1, writer.get());
+  EXPECT_TRUE(writer->finish(Digest{}).ok());
+  const HintsReader reader = HintsReader::open(path).value();
+  std::vector<std::vector<VisibilityHint>> rows(reader.node_count());
+  for (std::uint32_t node = 0; node < reader.node_count(); ++node)
+    for (std::size_t i = 0; i < reader.row(node).size() / 2; ++i)
+      rows[node].push_back(hint_at(reader.row(node), i));
+  return rows;
+}
+
+TEST(StoreBuild, halves_that_merge_share_their_hints) {
+  using Rows = std::vector<std::vector<VisibilityHint>>;
+  Answers answers = two_leaves(objects({0, 1}), objects({1, 2}));
+  answers.at({0, 2}).hints = {{255, 10}, {100, 20}};
+  answers.at({0, 3}).hints = {{50, 90}, {7, 3}};
+  // Object 1 is in both; the others do not show from the other half.
+  EXPECT_EQ(hints_of(answers, 1000), (Rows{{{128, 10}, {75, 90}, {4, 3}}}));
+  EXPECT_EQ(hints_of(answers, -1), (Rows{{}, {{255, 10}, {100, 20}}, {{50, 90}, {7, 3}}}));
+  answers.erase({0, 3});  // given up: all of what it keeps may be in full view
+  EXPECT_EQ(hints_of(answers, -1).at(2), std::vector(kObjects, kUnknownHint));
 }
 
 TEST(StoreBuild, statistics_of_merged_cells_are_in_the_line_of_what_they_became) {

@@ -145,15 +145,16 @@ TEST(Wire, every_setting_reaches_the_worker) {
                                    .max_rays = 1ull << 40,
                                    .time_ms = 12.5,
                                    .item_buffer_px = 64,
-                                   .budget_triangles = 1ull << 50};
+                                   .budget_triangles = 1ull << 50,
+                                   .hint_viewpoints = 24};
   const Frames frames = encode({}, Welcome{.settings = settings});
   const auto decoded = decode(view(frames.header), view(frames.body)).value();
   EXPECT_EQ(std::get<Welcome>(decoded.message).settings, settings);
 }
 
 TEST(Wire, a_delta_keeps_what_was_seen_and_by_which_method) {
-  ResultBegin begin{.lease = LeaseId{5}, .bytes = 12};
-  begin.deltas.push_back({CellKey{1, 1}, 5, 7, 1ull << 40, {.contradictions = 3}});
+  ResultBegin begin{.lease = LeaseId{5}, .bytes = 20};
+  begin.deltas.push_back({CellKey{1, 1}, 5, 7, 1ull << 40, {.contradictions = 3}, 8});
   StatisticsByMethod& methods = begin.deltas[0].statistics.methods;
   for (std::uint32_t i = 0; i < kMethodCount; ++i)
     methods[i] = {i, i + 10, 1ull << (33 + i), i + 20, i + 30, i + 0.5};
@@ -161,6 +162,7 @@ TEST(Wire, a_delta_keeps_what_was_seen_and_by_which_method) {
   const auto decoded = decode(view(frames.header), view(frames.body)).value();
   const DeltaHead back = std::get<ResultBegin>(decoded.message).deltas.at(0);
   EXPECT_EQ(back.seen_bytes, 7u);
+  EXPECT_EQ(back.hint_bytes, 8u);
   EXPECT_EQ(back.point_triangles, 1ull << 40);
   EXPECT_EQ(back.statistics.contradictions, 3u);
   EXPECT_TRUE(back.statistics.methods == methods);

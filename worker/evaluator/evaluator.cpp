@@ -7,6 +7,7 @@
 #include "worker/evaluator/projection_prover.hpp"
 #include "worker/evaluator/sweep_prover.hpp"
 #include "worker/visibility/aim_points.hpp"
+#include "worker/visibility/hint_views.hpp"
 #include "worker/visibility/item_views.hpp"
 #include "worker/visibility/sampler.hpp"
 
@@ -83,6 +84,8 @@ struct Evaluator::State {
           std::make_unique<ProjectionProver>(*scene, ranking, with_surfaces(effort_of(settings)));
     if (settings.methods.has(Method::kSweep))
       sweep = std::make_unique<SweepProver>(*scene, sweep_effort_of(settings));
+    if (settings.hint_viewpoints > 0)
+      hints = std::make_unique<HintViews>(scene, settings.hint_viewpoints);
     if (wants_witnesses(settings)) sampler = std::make_unique<Sampler>(scene);
     if (sampler && settings.methods.has(Method::kItemBuffers))
       views = std::make_unique<ItemViews>(scene, settings.item_buffer_px);
@@ -97,6 +100,7 @@ struct Evaluator::State {
   void improve(const ProjectionProver& prover, int splits, const Cell& cell, Cascade& cascade,
                Evidence* evidence);
   void prove_by_sweep(const Cell& cell, Cascade& cascade, Evidence* evidence);
+  HintBytes hints_of(const CellDelta& delta, const Cell& cell, const VisibleSet& parent);
   void note_witness(Evidence& evidence) const;
   const VisibleSet& seen() const { return sampler ? sampler->seen() : nothing; }
 
@@ -109,6 +113,8 @@ struct Evaluator::State {
   std::unique_ptr<SweepProver> sweep;
   std::unique_ptr<Sampler> sampler;
   std::unique_ptr<ItemViews> views;
+  std::unique_ptr<HintViews> hints;
+  std::unique_ptr<Sampler> hint_sampler;  // where there is no other
   std::uint64_t rays_left = 0;
 };
 
@@ -222,6 +228,20 @@ void Evaluator::State::improve(const ProjectionProver& prover, int splits, const
   cascade.end(seen(), test.box_tests(), test.box_tests() * kPrices.box_test);
 }
 
+// Once all else is settled, so that nothing else depends on it.
+HintBytes Evaluator::State::hints_of(const CellDelta& delta, const Cell& cell,
+                                     const VisibleSet& parent) {
+  Sampler* rays = sampler.get();
+  if (rays == nullptr) {
+    if (!hint_sampler) hint_sampler = std::make_unique<Sampler>(scene);
+    rays = hint_sampler.get();
+    rays->begin(cell, 0, settings.near_m);
+  }
+  VisibleSet visible = parent;
+  visible.remove_all(delta.hidden);
+  return hints->look(cell, ~seed_of(delta.key), visible, delta.seen, *rays);
+}
+
 void Evaluator::State::note_witness(Evidence& evidence) const {
   for (const Witness& witness : sampler->witnesses())
     if (witness.object == evidence.object) evidence.witness = SightLine{witness.eye, witness.point};
@@ -276,6 +296,9 @@ CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const Visibl
     point_triangles = s.sampler->most_triangles_from_a_point(kViewpoints);
   CellDelta delta = cascade.finish(key, s.seen());
   delta.point_triangles = point_triangles;
+
+  // 5. How often and how large, where somebody wants to know.
+  if (s.hints) delta.hints = s.hints_of(delta, cell, parent);
   if (evidence != nullptr && delta.seen.contains(evidence->object)) s.note_witness(*evidence);
   return delta;
 }

@@ -131,6 +131,8 @@ JobResult Compute::Bench::evaluate(const Task& task, std::atomic<std::uint64_t>&
     head.statistics.cpu_ms = thread_cpu_ms() - before_ms;
     head.hidden_bytes = append(delta.hidden, answer.data);
     head.seen_bytes = append(delta.seen, answer.data);
+    head.hint_bytes = delta.hints.size();
+    answer.data.insert(answer.data.end(), delta.hints.begin(), delta.hints.end());
     answer.deltas.push_back(head);
     ++progress;
   }

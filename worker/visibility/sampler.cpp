@@ -66,6 +66,7 @@ struct Sampler::State {
   bool open(ObjectId object) const { return skip[index_of(object)] == 0; }
   void note(ObjectId object, const Sightline& line);
   void add(const Sightline& line, ObjectId target);
+  bool blocked(const Sightline& line, ObjectId target, std::uint32_t blocker) const;
   void settle();
   void settle_far();
   bool credit(ObjectId object, const Sightline& line);
@@ -142,17 +143,19 @@ void Sampler::State::add(const Sightline& line, ObjectId target) {
   if (lines.size() == RayScene::kBatch) settle();
 }
 
+// The triangle that Embree names does block the line.
+bool Sampler::State::blocked(const Sightline& line, ObjectId target, std::uint32_t blocker) const {
+  return blocker != RayScene::kNoTriangle && !scene_holds(*scene, target, blocker) &&
+         check.meets(line, blocker);
+}
+
 // A line counts if it is clear. It is not, if the triangle that Embree names does block it; only
 // that saves the check.
 void Sampler::State::settle() {
   rays.name_blockers(lines, blockers);
   round.rays += lines.size();
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    const bool blocked = blockers[i] != RayScene::kNoTriangle &&
-                         !scene_holds(*scene, aimed_at[i], blockers[i]) &&
-                         check.meets(lines[i], blockers[i]);
-    if (!blocked) credit(aimed_at[i], lines[i]);
-  }
+  for (std::size_t i = 0; i < lines.size(); ++i)
+    if (!blocked(lines[i], aimed_at[i], blockers[i])) credit(aimed_at[i], lines[i]);
   lines.clear();
   aimed_at.clear();
 }
@@ -299,6 +302,16 @@ SamplingRound Sampler::consider(const Vec3& eye, std::span<const SightCandidate>
   for (const SightCandidate& c : candidates)
     s.credit_candidate(c.triangle, {eye, eye + c.direction});
   return s.finish();
+}
+
+void Sampler::try_lines(std::span<const Sightline> lines, std::span<const ObjectId> targets,
+                        std::span<std::uint8_t> shows) {
+  State& s = *state_;
+  s.rays.name_blockers(lines, s.blockers);
+  for (std::size_t i = 0; i < lines.size(); ++i)
+    shows[i] = length(lines[i].point - lines[i].eye) >= s.near_m &&
+               !s.blocked(lines[i], targets[i], s.blockers[i]) &&
+               s.check.clear(lines[i], targets[i], s.margin);
 }
 
 const VisibleSet& Sampler::seen() const { return state_->seen; }

@@ -27,6 +27,7 @@
 #include "common/cells/cell.hpp"
 #include "common/pvs/visible_set.hpp"
 #include "common/scene/scene.hpp"
+#include "worker/visibility/sight_check.hpp"
 
 namespace pvsfarm {
 
@@ -71,6 +72,11 @@ class Sampler {
   // inside its triangle, even as seen from the eye, and clears all else, by float_margin(): a line
   // that does is found by any arithmetic in float, so that those that count do not depend on it.
   SamplingRound consider(const Vec3& eye, std::span<const SightCandidate> candidates);
+
+  // Which lines show the object they are aimed at, seen already or not: 1 if the line is clear but
+  // for that object. Nothing is noted. [limit] RayScene::kBatch lines.
+  void try_lines(std::span<const Sightline> lines, std::span<const ObjectId> targets,
+                 std::span<std::uint8_t> shows);
 
   // Occludees seen so far, whether or not they were targets.
   const VisibleSet& seen() const;
