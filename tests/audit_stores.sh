@@ -4,7 +4,7 @@
 # SECONDS of wall time. The bakes take most of an hour on two cores.
 #   bash tests/audit_stores.sh                                all of them
 #   ONLY=delft bash tests/audit_stores.sh                     one: city, or the name of a real scene
-#   PVSFARM_SCENES=FOLDER SECONDS_EACH=30 PLANT=1 OUT=FOLDER  where and how hard; OUT keeps the stores
+#   PVSFARM_SCENES=FOLDER SECONDS_EACH=30 PLANT=1 OUT=FOLDER  where, how hard; OUT keeps the stores
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 scenes=${PVSFARM_SCENES:-../shared/scenes}

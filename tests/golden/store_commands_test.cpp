@@ -211,7 +211,7 @@ TEST_F(StoreCommands, wrong_use_is_one_line_and_the_right_exit_code) {
 
 TEST_F(StoreCommands, another_version_of_the_format_is_not_supported) {
   std::string bytes = *read_file(folder_.file("tiny.pvs"));
-  bytes[8] = 3;
+  ++bytes[8];
   ASSERT_TRUE(write_file(folder_.file("new.pvs"), bytes).ok());
   expect_failure("inspect new.pvs", 5, "version");
 }
