@@ -51,6 +51,25 @@ bool HierarchyTest::hidden_by_parts(const Box& local_box, MapMask useful, int sp
          hidden_by_parts(low, useful, splits_left - 1);
 }
 
+// In a turned cell the box of an object's box is up to twice as wide as the object: a house that
+// stands as the cell does fills its own box again when that is taken from its corners.
+Box HierarchyTest::local_box_of(ObjectId id) const {
+  constexpr std::uint32_t kMostTriangles = 4096;
+  const ObjectRecord& object = scene_.object(id);
+  const Box around = frame_.local_around_world(object.box);
+  // What moves is anywhere in its box.
+  if (frame_.aligned() || object.dynamic != 0 || object.triangle_count > kMostTriangles)
+    return around;
+  Box tight;
+  for (const Triangle& triangle : scene_.triangles(id))
+    for (const std::uint32_t vertex : triangle.vertex) {
+      const Box point = frame_.local_around_point(scene_.vertices()[vertex]);
+      tight.add(point.lo);
+      tight.add(point.hi);
+    }
+  return tight.empty() ? around : tight;
+}
+
 void HierarchyTest::visit(std::uint32_t index, MapMask useful, VisibleSet& open) {
   const BvhNode& node = scene_.bvh()[index];
   if (node.box.empty() || !open.any_in(node.first, node.count)) return;
@@ -72,7 +91,7 @@ void HierarchyTest::visit(std::uint32_t index, MapMask useful, VisibleSet& open)
     const ObjectId id{i};
     if (!open.contains(id)) continue;
     noting_ = watched_ != nullptr && id == watched_->object;
-    if (hidden_by_parts(frame_.local_around_world(scene_.object(id).box), useful, splits_))
+    if (hidden_by_parts(local_box_of(id), useful, splits_))
       open.remove(id);
     else if (noting_)
       watched_->parts.clear();  // some parts are hidden, the whole is not

@@ -42,6 +42,7 @@ class HierarchyTest {
  private:
   bool hidden(const Box& local_box, MapMask& useful);
   bool hidden_by_parts(const Box& local_box, MapMask useful, int splits_left);
+  Box local_box_of(ObjectId id) const;
   void visit(std::uint32_t node, MapMask useful, VisibleSet& open);
 
   const Scene& scene_;

@@ -48,6 +48,12 @@ Box CellFrame::local_around_world(const Box& box) const {
   return out;
 }
 
+Box CellFrame::local_around_point(const Vec3& p) const {
+  const Vec3 local = local_from_world(p);
+  const Vec3 wide(kRounding * (length(p - origin_) + length(middle_) + length(local)));
+  return {local - wide, local + wide};
+}
+
 ProjectionPlane square_plane(const CellFrame& frame, Face face, double distance, double extent,
                              int resolution_px) {
   ProjectionPlane plane;

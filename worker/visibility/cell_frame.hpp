@@ -29,6 +29,8 @@ class CellFrame {
   }
   // A local box around the world box, widened by all rounding: for occludees, never occluders.
   Box local_around_world(const Box& box) const;
+  // The same around a point.
+  Box local_around_point(const Vec3& p) const;
   const Vec3& half() const { return half_; }
   bool aligned() const { return aligned_; }  // the cell's axes are the world's
   const std::array<Vec3, 3>& axes() const { return axes_; }
