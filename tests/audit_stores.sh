@@ -13,13 +13,14 @@ plant=${PLANT:-1}
 out=${OUT:-build/audited}
 program=${PVSFARM:-build/release/bin/pvsfarm}
 mkdir -p "$out"
-failed=0
+failed=0 checked=0
 
 # check NAME SCENE OPTION...: the bake's options
 check() {
   local name=$1 scene=$2 code
   shift 2
   [ -z "${ONLY:-}" ] || [ "$ONLY" = "$name" ] || return 0
+  checked=$((checked + 1))
   [ -f "$out/$name.pvs" ] || "$program" bake "$scene" "$@" -q -o "$out/$name.pvs" > "$out/$name.txt"
   local from=()
   while [ $# -gt 0 ]; do
@@ -49,4 +50,8 @@ for folder in "$scenes"/*/; do
   [ ! -f "$folder/blockers.obj" ] || options+=(--occluders "$folder/blockers.obj")
   check "$(basename "$folder")" "$folder/scene.obj" "${options[@]}"
 done
+if [ $checked = 0 ]; then
+  echo "no scene to audit: ONLY=${ONLY:-}, PVSFARM_SCENES=$scenes" >&2
+  exit 3
+fi
 exit $failed
