@@ -13,6 +13,7 @@ rays=${RAYS:-1000000}                   # a cell, against what is culled
 sampling_rays=${SAMPLING_RAYS:-1000000} # a cell, the most of the series that only samples
 rival_rays=${RIVAL_RAYS:-10000000}      # the same, in the comparison with sampling
 farm_cells=${FARM_CELLS:-2000}
+combination_rays=${COMBINATION_RAYS:-100000000} # over all scenes
 seeds=${SEEDS:-1}                       # random variants of each perturbation
 workers=${WORKERS:-$(nproc)}
 real_scenes=${PVSFARM_SCENES:-../shared/scenes}
@@ -22,11 +23,12 @@ bash deploy/install.sh
 vl2svg=build/charts/node_modules/.bin/vl2svg
 bash deploy/install.sh --charts || say "npm cannot install vl2svg: the SVG files stay as they are"
 cmake --preset release >&2
-cmake --build build/release -j "$(nproc)" --target bench_accuracy bench_stability pvsfarm \
-  pvsfarm-worker >&2
+cmake --build build/release -j "$(nproc)" --target bench_accuracy bench_stability \
+  bench_combinations pvsfarm pvsfarm-worker >&2
 pvsfarm=build/release/bin/pvsfarm
 bench=build/release/bench/bench_accuracy
 stability=build/release/bench/bench_stability
+combinations=build/release/bench/bench_combinations
 out=build/accuracy
 rm -rf "$out"
 mkdir -p "$out" docs/charts
@@ -151,8 +153,10 @@ milliseconds, unless a table says otherwise: trust ratios more than milliseconds
 
 An object is left out of a cell's visible set (PVS) only with a *certificate*: a proof that every
 line from every point of the cell to every point of the object's box meets something opaque on the
-way. Whatever is not proved hidden stays in: doubt, rounding, a limit that was reached, a worker
-that failed. So a PVS may hold objects that nobody can see (it is *loose*), and never lacks one that
+way. (The box of what may move is along the axes of the scene; of what does not, along those of the
+cell, so a house in a street that runs askew has no wider box than any other.)
+Whatever is not proved hidden stays in: doubt, rounding, a limit that was reached, a worker that
+failed. So a PVS may hold objects that nobody can see (it is *loose*), and never lacks one that
 somebody can (it has no *holes*).
 
 That is a statement about the scene that pvsfarm was given. It carries over to what a player sees
@@ -260,6 +264,18 @@ for what was declared hidden in every one.
 $(figure stability "Growth of the visible sets by perturbation")
 
 $(cat "$out/stability.md")
+
+## Every combination of methods
+
+Each set of provers, switched on together and no other, after witnesses of one kind or another or
+none, on small generated scenes and the real ones at hand; then rays aimed at whatever any of them
+called hidden. *Contradictions* are objects that the evaluation itself saw after it had proved them
+hidden; *wrong* are objects that a ray of an oracle saw which shares no code with the evaluator.
+
+END
+say "combinations"
+"$combinations" --rays "$combination_rays"
+cat <<END
 
 ## What is culled
 

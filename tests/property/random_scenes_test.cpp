@@ -37,10 +37,25 @@ EvaluatorSettings random_settings(RasterKind raster, Random& random) {
   settings.resolution_px = resolutions[random.below(3)];
   settings.planes_per_face = 1 + static_cast<int>(random.below(8));
   settings.extent = random.between(0.3, 3);
-  // What one prover hides, no other can be caught at.
-  const Methods mixes[] = {{Method::kSurfaces}, {Method::kSurfaces}, settings.methods};
-  settings.methods = mixes[random.below(3)];
+  // What one prover hides, no other can be caught at: any of their combinations, surfaces often
+  // alone; the sweep, which takes longest, seldom.
+  constexpr Method kProvers[] = {Method::kProjection, Method::kFineProjection, Method::kSurfaces,
+                                 Method::kImproved,   Method::kSlices,         Method::kSweep};
+  settings.methods = {Method::kSurfaces};
+  if (random.below(3) == 0) return settings;
+  std::uint32_t bits = 0;
+  for (const Method method : kProvers)
+    if (random.below(method == Method::kSweep ? 6 : 2) == 0) bits |= Methods{method}.bits();
+  settings.methods = bits == 0 ? Methods{Method::kProjection} : Methods::from_bits(bits);
   return settings;
+}
+
+std::string names_of(Methods methods) {
+  std::string names;
+  for (int m = 0; m < kMethodCount; ++m)
+    if (methods.has(static_cast<Method>(m)))
+      names += std::string(" ") + to_string(static_cast<Method>(m));
+  return names;
 }
 
 struct Tally {
@@ -79,7 +94,8 @@ void judge_world(Family family, RasterKind raster, std::uint64_t seed, Tally& ta
     for (const Violation& violation : report.violations)
       ADD_FAILURE() << to_string(family) << ", " << to_string(raster) << ", PVSFARM_SEED=" << seed
                     << ", cell " << c << ", " << settings.resolution_px << " px, "
-                    << settings.planes_per_face << " planes, extent " << settings.extent << ": "
+                    << settings.planes_per_face << " planes, extent " << settings.extent << ","
+                    << names_of(settings.methods) << ": "
                     << to_string(violation);
   }
 }

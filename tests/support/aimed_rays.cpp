@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <optional>
 
 #include "tests/support/make_objects.hpp"
@@ -54,6 +55,13 @@ Vec3 sample_box(const Vec3& lo, const Vec3& hi, int ends, Random& random) {
                     : std::clamp(random.between(lo[a], hi[a]), lo[a], hi[a]);
   }
   return p;
+}
+
+// The box of an object's vertices in the frame of the cell.
+Box box_in_frame(const Cell& cell, const SourceObject& object) {
+  Box box;
+  for (const Vec3& vertex : object.vertices) box.add(cell_from_world(cell, vertex));
+  return box;
 }
 
 Vec3 direction(Random& random) {
@@ -128,6 +136,16 @@ AimedReport AimedRays::search(const Cell& cell, std::span<const std::uint32_t> h
   if (hidden.empty()) return report;
   const double margin = oracle_.margin_for(cell.bounds());
   std::vector<char> refuted(source_.objects.size(), 0);
+  const bool turned = cell.axes != Cell{}.axes;
+  std::map<std::uint32_t, Box> in_frame;
+  if (turned)
+    for (const std::uint32_t object : hidden)
+      if (!source_.objects[object].dynamic)
+        in_frame[object] = box_in_frame(cell, source_.objects[object]);
+  const auto counts = [&](std::uint32_t object, const Vec3& point) {
+    const auto found = in_frame.find(object);
+    return found == in_frame.end() || found->second.contains(cell_from_world(cell, point));
+  };
   const auto cast = [&](std::uint32_t object, const Segment& segment) {
     ++report.rays;
     const auto blocker = oracle_.blocker(segment, margin, object);
@@ -146,10 +164,14 @@ AimedReport AimedRays::search(const Cell& cell, std::span<const std::uint32_t> h
     segment.to = kind < 3   ? box.corner(static_cast<int>(random.below(8)))
                  : kind < 5 ? sample_surface(source_.objects[object], random)
                             : sample_box(box.lo, box.hi, static_cast<int>(kind) - 5, random);
+    if (!counts(object, segment.to)) segment.to = sample_surface(source_.objects[object], random);
     auto blocker = cast(object, segment);
     for (int k = 0; blocker && k < kEscapesPerBlockedRay; ++k) {
       const BlockedAim aim{cell, box, segment, source_.objects[blocker->object], blocker->triangle};
-      if (escape(aim, random, segment)) blocker = cast(object, segment);
+      Segment past;
+      if (!escape(aim, random, past) || !counts(object, past.to)) continue;
+      segment = past;
+      blocker = cast(object, segment);
     }
   }
   return report;
