@@ -14,6 +14,7 @@
 #include "coordinator/chart/sample.hpp"
 #include "tests/bench/sampling.hpp"
 #include "tests/scenes/real_scenes.hpp"
+#include "tests/support/aimed_rays.hpp"
 #include "tests/support/embree_witness.hpp"
 #include "worker/evaluator/evaluator.hpp"
 
@@ -23,7 +24,7 @@ namespace {
 struct Options {
   std::string folder;
   std::size_t cells = 60;
-  std::uint64_t rays = 0, seed = 1;
+  std::uint64_t rays = 0, looks = 0, seed = 1;
   std::vector<std::string> methods;
   bool each = false, by_method = false;
   int of = -1;
@@ -53,7 +54,7 @@ struct Sums {
   double pvs = 0, known = 0, ratio = 0, gap = 0, seen = 0;
   double pvs_triangles = 0, seen_triangles = 0, worst = 0, missed = 0;
   std::size_t cells = 0, compared = 0, above = 0;
-  std::uint64_t violations = 0;
+  std::uint64_t violations = 0, touched = 0;
 };
 
 double cpu_ms() { return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
@@ -110,6 +111,7 @@ class Bench {
         if (!known.contains(object)) std::printf("  not in the reference: %u\n", object);
     }
     falsify(index, pvs);
+    look_at(index, pvs);
   }
 
   void report() const {
@@ -120,6 +122,8 @@ class Bench {
         "%llu violations\n",
         sums_.cells, sums_.pvs / n, sums_.seen / n, 1 - sums_.seen_triangles / sums_.pvs_triangles,
         sums_.gap / n, static_cast<unsigned long long>(sums_.violations));
+    if (options_.looks > 0)
+      std::printf("met by rays: %.1f objects\n", static_cast<double>(sums_.touched) / n);
     if (sums_.compared > 0)
       std::printf(
           "reference %.1f: %.2f times in all, mean %.2f, worst %.2f; %zu of %zu above 1.5; "
@@ -160,6 +164,29 @@ class Bench {
       ++sums_.violations;
       std::printf("violation: cell %u sees object %u\n", index, object);
     }
+  }
+
+  // How many objects of the PVS are met by a ray that was blocked by nothing before: no proof of
+  // sight where matter coincides, as walls of a game do with what blocks for them.
+  void look_at(std::uint32_t index, const VisibleSet& pvs) {
+    constexpr double kEnd = 1 - 1e-5;
+    if (options_.looks == 0) return;
+    Random random(options_.seed * 0x9e3779b97f4a7c15ull + index);
+    std::uint32_t touched = 0;
+    pvs.for_each([&](ObjectId id) {
+      const std::uint32_t position = scene_->object(id).file_index;
+      for (std::uint64_t k = 0; k < options_.looks; ++k) {
+        const Segment line{sample_cell(loaded_.cells[index], random),
+                           sample_surface(loaded_.source.objects[position], random)};
+        const auto hit = oracle_.first_hit(line);
+        if (hit && hit->t < kEnd) continue;
+        ++touched;
+        return;
+      }
+      if (options_.of >= 0) std::printf("  open, met by no ray: %u\n", position);
+    });
+    sums_.touched += touched;
+    if (options_.each) std::printf("  met by rays: %u\n", touched);
   }
 
   const Options& options_;
@@ -215,6 +242,8 @@ int main(int argc, char** argv) {
   app.add_option("--cells", options.cells, "how many, spread over the scene");
   app.add_option("--cell", options.of, "this one alone, and what its PVS has too much");
   app.add_option("--rays", options.rays, "a cell, to falsify; 0: none");
+  app.add_option("--looks", options.looks,
+                 "rays at most at each object of a PVS, to see which are met; 0: none");
   app.add_option("--seed", options.seed, "of the sample and the rays");
   app.add_option("--methods", options.methods, "by name; none: the default")->delimiter(',');
   app.add_option("--gap", options.evaluator.gap, "where a cell's evaluation ends");

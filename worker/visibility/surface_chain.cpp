@@ -71,54 +71,7 @@ bool near_cell(const Vec3 (&local)[3], const CellFrame& frame, double near_m) {
 
 }  // namespace
 
-SurfaceChainBuilder::SurfaceChainBuilder(const Scene& scene) : scene_(scene) { orient(); }
-
-// Turns neighbours alike, from triangle to triangle over edges of two. Those with one side only
-// keep it, and are begun with. Where it cannot be done an edge does not cancel, which is safe.
-void SurfaceChainBuilder::orient() {
-  const auto triangles = scene_.surface_triangles();
-  struct Uses {
-    std::uint32_t triangle[2];
-    std::int8_t along[2];
-    std::uint8_t count = 0;
-  };
-  std::vector<Uses> uses(scene_.surface_edges().size());
-  for (std::uint32_t t = 0; t < triangles.size(); ++t)
-    for (const std::int32_t use : triangles[t].edge) {
-      Uses& at = uses[static_cast<std::size_t>(use >= 0 ? use : ~use)];
-      if (at.count < 2) {
-        at.triangle[at.count] = t;
-        at.along[at.count] = use >= 0 ? 1 : -1;
-      }
-      at.count = static_cast<std::uint8_t>(std::min(at.count + 1, 3));
-    }
-  coherent_.assign(triangles.size(), 0);
-  std::vector<std::uint32_t> to_visit;
-  const auto spread_from = [&](std::uint32_t start) {
-    if (coherent_[start] == 0) coherent_[start] = 1;
-    to_visit.assign(1, start);
-    while (!to_visit.empty()) {
-      const std::uint32_t t = to_visit.back();
-      to_visit.pop_back();
-      for (const std::int32_t use : triangles[t].edge) {
-        const Uses& at = uses[static_cast<std::size_t>(use >= 0 ? use : ~use)];
-        if (at.count != 2) continue;
-        const int own = at.triangle[0] == t ? 0 : 1;
-        const std::uint32_t other = at.triangle[1 - own];
-        if (coherent_[other] != 0) continue;
-        const int sign = -coherent_[t] * at.along[own] * at.along[1 - own];
-        coherent_[other] = static_cast<std::int8_t>(sign);
-        to_visit.push_back(other);
-      }
-    }
-  };
-  for (std::uint32_t t = 0; t < triangles.size(); ++t)
-    if (triangles[t].one_sided != 0) coherent_[t] = 1;
-  for (std::uint32_t t = 0; t < triangles.size(); ++t)
-    if (triangles[t].one_sided != 0) spread_from(t);
-  for (std::uint32_t t = 0; t < triangles.size(); ++t)
-    if (coherent_[t] == 0) spread_from(t);
-}
+SurfaceChainBuilder::SurfaceChainBuilder(const Scene& scene) : scene_(scene) {}
 
 // Those that look largest from the cell, if not all fit.
 void SurfaceChainBuilder::choose_components(const CellFrame& frame, std::size_t most_triangles) {
@@ -188,20 +141,14 @@ void SurfaceChainBuilder::add_component(const SurfaceComponent& component, const
     }
     const int side = side_of_cell(world, local, cell, frame);
     // No eye is on it: either its plane keeps off the inside of the cell, or that of a face does.
-    if ((side == 0 && beyond == 0) || near_cell(local, frame, near_m)) continue;
+    const bool blocks = triangle.one_sided != 0 ? side > 0 : side != 0 || beyond != 0;
+    if (!blocks || near_cell(local, frame, near_m)) continue;
     ChainTriangle added;
-    added.one_sided = triangle.one_sided != 0;
-    added.coherent = coherent_[static_cast<std::size_t>(&triangle - all.data())];
-    added.towards_cell = side > 0 || (side < 0 && !added.one_sided);
     for (int k = 0; k < 3; ++k) {
-      const std::int32_t use = triangle.edge[k], along = use >= 0 ? 1 : -1;
+      const std::int32_t use = triangle.edge[k];
       const auto edge = static_cast<std::uint32_t>(use >= 0 ? use : ~use);
       added.vertex[k] = chain_vertex(triangle.vertex[k], cell, frame, chain);
       added.edge[k] = chain_edge(edge, cell, frame, chain);
-      auto& coefficient = chain.edges[added.edge[k]].coefficient;
-      coefficient[static_cast<int>(Orientation::kCoherent)] += added.coherent * along;
-      if (added.towards_cell)
-        coefficient[static_cast<int>(Orientation::kTowardsCell)] += side * along;
     }
     chain.triangles.push_back(added);
   }

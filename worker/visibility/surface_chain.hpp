@@ -1,8 +1,7 @@
-// The triangles of the scene's surfaces that may block what one cell sees, oriented in two ways,
-// and what bounds them: edges where they do not cancel.
+// The triangles of the scene's surfaces that may block what one cell sees, with what bounds them.
 //
-// Source: docs/algorithm.md A.14. How often a segment that leaves the cell crosses a part of them,
-// by sign, does not change while neither its end nor the border of that part is met.
+// Source: docs/algorithm.md A.14. Whether a segment that leaves the cell crosses some of them an
+// even or an odd number of times does not change while neither its end nor their border is met.
 // Any part of the triangles is as good as all of them: leaving one out only adds border.
 #pragma once
 
@@ -15,24 +14,15 @@
 
 namespace pvsfarm {
 
-// Two orientations, each with its own border. Towards the cell: all crossings have one sign, but
-// silhouettes are border. Coherent, neighbours alike: silhouettes are not, but crossings may
-// cancel.
-enum class Orientation { kTowardsCell = 0, kCoherent = 1 };
-
+// Blocks whatever leaves the cell and meets it: the cell is before it, or it blocks from both sides
+// and no eye is on it.
 struct ChainTriangle {
-  std::uint32_t vertex[3];  // as the scene has it
-  std::uint32_t edge[3];    // into SurfaceChain::edges; from vertex[k] to vertex[(k + 1) % 3]
-  bool one_sided = false;
-  std::int8_t coherent = 1;   // -1: seen from behind in the coherent orientation
-  bool towards_cell = false;  // the cell is on one side, one that blocks: part of that orientation
+  std::uint32_t vertex[3];
+  std::uint32_t edge[3];  // into SurfaceChain::edges
 };
 
 struct ChainEdge {
   std::uint32_t vertex[2];
-  // By orientation, how many triangles run along it, less those that run against it. 0: the chain
-  // goes on here.
-  std::int32_t coefficient[2] = {0, 0};
 };
 
 struct SurfaceChain {
@@ -71,10 +61,7 @@ class SurfaceChainBuilder {
   std::uint32_t chain_edge(std::uint32_t edge, const Cell& cell, const CellFrame& frame,
                            SurfaceChain& chain);
 
-  void orient();
-
   const Scene& scene_;
-  std::vector<std::int8_t> coherent_;               // of the scene's triangles
   std::vector<std::uint32_t> vertex_of_, edge_of_;  // of the scene's, where it is in the chain
   std::vector<std::uint32_t> used_vertices_, used_edges_;
   std::vector<std::uint32_t> components_;

@@ -28,7 +28,6 @@ void SurfaceCover::prepare(const SurfaceChain& chain, const CellFrame& frame,
   chain_ = &chain;
   squares_ = 0;
   const double hu = plane.hu, hv = plane.hv, hw = plane.hw;
-  front_ = plane.face.sign;  // planes before the low faces have left-handed frames
   eye_ = {kEyeX * hu, kEyeY * hv, -plane.distance - hw + kEyeZ * hw};
   double largest = 0;
   vertices_.resize(chain.vertices.size());
@@ -49,8 +48,7 @@ void SurfaceCover::prepare_edges(const SurfaceChain& chain, const ProjectionPlan
   const Vec2 middle{(plane.x0 + plane.x1()) / 2, (plane.y0 + plane.y1()) / 2};
   const Vec2 half{plane.x1() - middle.x, plane.y1() - middle.y};
   edge_shadows_.resize(chain.edges.size());
-  met_in_.assign(chain.edges.size(), 0);
-  first_at_.assign(chain.edges.size(), {});
+  use_of_.assign(chain.edges.size(), {});
   for (std::uint32_t e = 0; e < chain.edges.size(); ++e) {
     const ChainEdge& edge = chain.edges[e];
     const unsigned beyond = chain.beyond[edge.vertex[0]] & chain.beyond[edge.vertex[1]];
@@ -83,9 +81,8 @@ void SurfaceCover::prepare_triangles(const SurfaceChain& chain, const ShadowMake
   }
 }
 
-// How the segment from the eye to the sample crosses the inside of the triangle: from its front 1,
-// from its back -1, not at all 0. None: doubt.
-std::optional<int> SurfaceCover::crossing(std::uint32_t triangle, const Vec3& sample) const {
+// Whether the segment from the eye to the sample crosses the inside of the triangle. None: doubt.
+std::optional<bool> SurfaceCover::crossing(std::uint32_t triangle, const Vec3& sample) const {
   const auto& v = chain_->triangles[triangle].vertex;
   const Vec3 a = vertices_[v[0]] - eye_, b = vertices_[v[1]] - eye_, c = vertices_[v[2]] - eye_;
   const Vec3 ray = sample - eye_;
@@ -103,7 +100,7 @@ std::optional<int> SurfaceCover::crossing(std::uint32_t triangle, const Vec3& sa
     left += products[k] > errors[k] ? 1 : 0;
     right += products[k] < -errors[k] ? 1 : 0;
   }
-  if (left > 0 && right > 0) return 0;
+  if (left > 0 && right > 0) return false;
   if (left < 3 && right < 3) return {};
   // The line crosses the triangle. The segment does if eye and sample are on two sides of it.
   const double sign = left == 3 ? 1 : -1;
@@ -111,17 +108,14 @@ std::optional<int> SurfaceCover::crossing(std::uint32_t triangle, const Vec3& sa
   const double through = sign * (products[0] + products[1] + products[2]);
   const double most = std::max({sa, sb, sc});
   const double error = rounding * 8 * (most * most + most * ray_size);
-  if (ahead < -error || through - ahead < -error) return 0;
-  if (ahead > error && through - ahead > error) return left == 3 ? -front_ : front_;
+  if (ahead < -error || through - ahead < -error) return false;
+  if (ahead > error && through - ahead > error) return true;
   return {};
 }
 
-std::uint32_t SurfaceCover::root(std::size_t first, std::uint32_t at) {
-  while (triangle_stack_[first + at].parent != at) {
-    std::uint32_t& parent = triangle_stack_[first + at].parent;
-    parent = triangle_stack_[first + parent].parent;
-    at = parent;
-  }
+// Of the part; paths are halved on the way.
+std::uint32_t SurfaceCover::root(std::span<Active> active, std::uint32_t at) {
+  while (active[at].parent != at) at = active[at].parent = active[active[at].parent].parent;
   return at;
 }
 
@@ -132,18 +126,15 @@ bool SurfaceCover::collect(const Vec2& middle, const Vec2& half, Range triangles
   const std::size_t first = triangle_stack_.size();
   for (std::size_t i = triangles.first; i < triangles.end; ++i) {
     const std::uint32_t t = triangle_stack_[i].triangle;
-    const ChainTriangle& triangle = chain_->triangles[t];
     const bool section = section_of_[t] >= 0 &&
                          section_shadows_[section_of_[t]].meets(middle.x, middle.y, half.x, half.y);
     bool active = section;
-    for (const std::uint32_t e : triangle.edge) active = active || met_in_[e] == squares_;
+    for (const std::uint32_t e : chain_->triangles[t].edge)
+      active = active || use_of_[e].square == squares_;
     if (active) {
       const auto own = static_cast<std::uint32_t>(triangle_stack_.size() - first);
       triangle_stack_.push_back({.triangle = t, .parent = own, .section = section});
-      continue;
-    }
-    const std::optional<int> sign = crossing(t, sample);
-    if (sign == 1 || (sign == -1 && !triangle.one_sided)) {
+    } else if (crossing(t, sample).value_or(false)) {
       depth = depth_of_[t];
       return true;
     }
@@ -151,65 +142,91 @@ bool SurfaceCover::collect(const Vec2& middle, const Vec2& half, Range triangles
   return false;
 }
 
-// Joins what hangs together by an edge met in the square. An edge met that is border spoils.
-void SurfaceCover::join(std::size_t first, Orientation orientation) {
-  const auto count = static_cast<std::uint32_t>(triangle_stack_.size() - first);
-  const int which = static_cast<int>(orientation);
-  Active* const active = triangle_stack_.data() + first;
-  for (std::uint32_t i = 0; i < count; ++i)
-    active[i] = {.triangle = active[i].triangle, .parent = i, .section = active[i].section};
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const ChainTriangle& triangle = chain_->triangles[active[i].triangle];
-    if (which == 0 && !triangle.towards_cell) continue;
-    active[i].spoiled = active[i].section;
-    for (const std::uint32_t e : triangle.edge) {
-      if (met_in_[e] != squares_) continue;
-      if (chain_->edges[e].coefficient[which] != 0) {
-        active[i].spoiled = true;
-      } else if (first_at_[e].square != 2 * squares_ + which) {
-        first_at_[e] = {2 * squares_ + which, i};
-      } else {
-        const std::uint32_t a = root(first, i), b = root(first, first_at_[e].triangle);
-        active[std::max(a, b)].parent = std::min(a, b);
-      }
+// Joins triangles that share an edge that no third has: they are chosen together or not at all. One
+// with an edge that no other has cannot be chosen, nor can one that is cut by the plane.
+void SurfaceCover::join_pairs(std::span<Active> active) {
+  const auto for_each_use = [&](auto&& fn) {
+    for (std::uint32_t i = 0; i < active.size(); ++i) {
+      if (active[i].section) continue;
+      for (const std::uint32_t e : chain_->triangles[active[i].triangle].edge)
+        if (use_of_[e].square == squares_) fn(i, use_of_[e]);
     }
-  }
-  for (std::uint32_t i = 0; i < count; ++i) {
-    Active& part = active[root(first, i)];
-    part.spoiled = part.spoiled || active[i].spoiled;
+  };
+  for_each_use([](std::uint32_t i, EdgeUse& use) {
+    if (use.count++ == 0) use.first = i;
+  });
+  for_each_use([&](std::uint32_t i, const EdgeUse& use) {
+    if (use.count == 1) active[i].spoiled = true;
+    if (use.count != 2) return;
+    const std::uint32_t a = root(active, i), b = root(active, use.first);
+    active[std::max(a, b)].parent = std::min(a, b);
+  });
+  for (std::uint32_t i = 0; i < active.size(); ++i)
+    if (active[i].section || active[i].spoiled) active[root(active, i)].spoiled = true;
+}
+
+// What the parts add to a choice: whether they are crossed an odd number of times, how deep they
+// go. A part that may or may not be crossed cannot be chosen.
+void SurfaceCover::count_crossings(std::span<Active> active, const Vec3& sample) {
+  for (std::uint32_t i = 0; i < active.size(); ++i) {
+    Active& part = active[root(active, i)];
+    if (part.spoiled) continue;
+    const std::optional<bool> crossed = crossing(active[i].triangle, sample);
+    part.spoiled = !crossed;
+    part.odd = part.odd != crossed.value_or(false);
     part.depth = std::max(part.depth, depth_of_[active[i].triangle]);
   }
 }
 
-// Counts the crossings of each part that is not spoiled. Towards the cell they cannot cancel, and
-// one that is certain will do.
-bool SurfaceCover::some_part_covers(std::size_t first, Orientation orientation, const Vec3& sample,
-                                    float& depth) {
-  const auto count = static_cast<std::uint32_t>(triangle_stack_.size() - first);
-  const bool towards_cell = orientation == Orientation::kTowardsCell;
-  Active* const active = triangle_stack_.data() + first;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    Active& part = active[root(first, i)];
-    const ChainTriangle& triangle = chain_->triangles[active[i].triangle];
-    if (part.spoiled || part.doubtful || (towards_cell && !triangle.towards_cell)) continue;
-    const std::optional<int> sign = crossing(active[i].triangle, sample);
-    if (towards_cell) {
-      part.crossings += sign.value_or(0) != 0 ? 1 : 0;
-      continue;
+// Gives a column to each part with edges of three triangles or more, and those edges to the sheet.
+void SurfaceCover::make_columns(std::span<Active> active) {
+  columns_.clear();
+  sheet_.begin();
+  for (std::uint32_t i = 0; i < active.size(); ++i) {
+    const std::uint32_t at = root(active, i);
+    Active& part = active[at];
+    for (const std::uint32_t e : chain_->triangles[active[i].triangle].edge) {
+      EdgeUse& use = use_of_[e];
+      if (part.spoiled || use.square != squares_ || use.count < 3) continue;
+      if (part.column < 0) {
+        part.spoiled = columns_.size() == ClosedSheet::kMostColumns;  // left out
+        if (part.spoiled) continue;
+        part.column = static_cast<int>(columns_.size());
+        columns_.push_back(at);
+      }
+      if (use.row < 0) use.row = sheet_.add_edge();
+      sheet_.add_to_edge(use.row, part.column);
     }
-    part.doubtful = !sign.has_value();
-    part.crossings += triangle.coherent * sign.value_or(0);
-    part.two_sided = part.two_sided && !triangle.one_sided;
   }
+}
+
+bool SurfaceCover::some_sheet_covers(std::span<Active> active, const Vec3& sample, float& depth) {
+  join_pairs(active);
+  count_crossings(active, sample);
+  make_columns(active);
   bool covers = false;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const Active& part = active[i];
-    if (part.parent != i || part.spoiled || part.doubtful) continue;
-    // From the front more often than from the back; or unlike often, where it does not matter.
-    if (!(part.crossings > 0 || (part.crossings < 0 && part.two_sided))) continue;
-    depth = covers ? std::min(depth, part.depth) : part.depth;
+  const auto offer = [&](float z) {
+    depth = covers ? std::min(depth, z) : z;
     covers = true;
+  };
+  // Parts that nothing else has a say in, then those that depend on each other.
+  ClosedSheet::Bits crossed;
+  for (std::uint32_t i = 0; i < active.size(); ++i) {
+    const Active& part = active[i];
+    if (part.parent != i || part.spoiled || !part.odd) continue;
+    if (part.column < 0)
+      offer(part.depth);
+    else
+      crossed.flip(part.column);
   }
+  if (covers || !crossed.any()) return covers;
+  sheet_.find(crossed, [&](const ClosedSheet::Bits& choice) {
+    float farthest = -kUncovered;
+    for (std::size_t i = 0; i < columns_.size(); ++i)
+      if (choice.test(static_cast<int>(i)))
+        farthest = std::max(farthest, active[columns_[i]].depth);
+    offer(farthest);
+  });
   return covers;
 }
 
@@ -237,17 +254,13 @@ void SurfaceCover::visit(const Square& square, Range edges, Range triangles, Occ
   for (std::size_t i = edges.first; i < edges.end; ++i) {
     const std::uint32_t e = edge_stack_[i];
     if (!edge_shadows_[e].meets(middle.x, middle.y, half.x, half.y)) continue;
-    met_in_[e] = squares_;
+    use_of_[e] = {.square = squares_};
     edge_stack_.push_back(e);
   }
   float depth = 0;
   bool covered = collect(middle, half, triangles, sample, depth);
   if (!covered && triangle_stack_.size() > first) {
-    for (const Orientation orientation : {Orientation::kTowardsCell, Orientation::kCoherent}) {
-      if (covered) break;
-      join(first, orientation);
-      covered = some_part_covers(first, orientation, sample, depth);
-    }
+    covered = some_sheet_covers(std::span(triangle_stack_).subspan(first), sample, depth);
     if (!covered && square.level > 0) {
       const Range own_edges{first_edge, edge_stack_.size()};
       const Range own_triangles{first, triangle_stack_.size()};

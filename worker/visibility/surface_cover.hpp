@@ -1,17 +1,19 @@
 // The pixels of an occlusion map that a chain of surface triangles covers from all of the cell.
 //
-// Source: docs/algorithm.md A.14. A part of the chain blocks every ray from the cell to a pixel if
-// it blocks one of them and neither its border nor its section with the plane is met between the
-// cell and the pixel. The map is cut into quarters down to pixels. In each square only what may be
-// met there counts, so that a near silhouette does not spoil the wall behind it: the triangles that
-// hang together by edges met there are one part, the others are others.
+// Source: docs/algorithm.md A.14. Triangles of the chain block every ray from the cell to a pixel
+// if one of the rays crosses them an odd number of times and neither their border nor their section
+// with the plane is met between the cell and the pixel. The map is cut into quarters down to
+// pixels. In each square only what may be met there counts, and of that any choice will do, so that
+// a near silhouette does not spoil the wall behind it.
 #pragma once
 
 #include <bitset>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
+#include "worker/visibility/closed_sheet.hpp"
 #include "worker/visibility/occlusion_map.hpp"
 #include "worker/visibility/surface_chain.hpp"
 #include "worker/visibility/surface_shadow.hpp"
@@ -29,8 +31,8 @@ void add_wanted(const OcclusionMap& map, const Box& local_box, TileMask& wanted)
 // Threads: one object, one thread. Keeps scratch memory from map to map.
 class SurfaceCover {
  public:
-  // Lowers Z to the plane, or to the part's greatest depth if it ends before the plane, in every
-  // pixel of the wanted tiles that some part covers, and perhaps in others. The pyramids are left
+  // Lowers Z to the plane, or to the sheet's greatest depth if it ends before the plane, in every
+  // pixel of the wanted tiles that some sheet covers, and perhaps in others. The pyramids are left
   // stale. Returns the squares looked at.
   std::uint32_t draw(const SurfaceChain& chain, const CellFrame& frame, const TileMask& wanted,
                      OcclusionMap& map);
@@ -47,8 +49,9 @@ class SurfaceCover {
     std::uint32_t parent = 0;  // within the square's own list; the root stands for the part
     bool section = false;      // the section is met
     // Of a root, for its part:
-    bool spoiled = false, doubtful = false, two_sided = true;
-    int crossings = 0;          // by sign
+    bool spoiled = false;  // cannot be chosen
+    bool odd = false;      // crossed so often
+    int column = -1;
     float depth = -kUncovered;  // the greatest
   };
 
@@ -59,11 +62,12 @@ class SurfaceCover {
   void visit(const Square& square, Range edges, Range triangles, OcclusionMap& map);
   bool collect(const Vec2& middle, const Vec2& half, Range triangles, const Vec3& sample,
                float& depth);
-  void join(std::size_t first, Orientation orientation);
-  bool some_part_covers(std::size_t first, Orientation orientation, const Vec3& sample,
-                        float& depth);
-  std::uint32_t root(std::size_t first, std::uint32_t at);
-  std::optional<int> crossing(std::uint32_t triangle, const Vec3& sample) const;
+  bool some_sheet_covers(std::span<Active> active, const Vec3& sample, float& depth);
+  void join_pairs(std::span<Active> active);
+  void count_crossings(std::span<Active> active, const Vec3& sample);
+  void make_columns(std::span<Active> active);
+  static std::uint32_t root(std::span<Active> active, std::uint32_t at);
+  std::optional<bool> crossing(std::uint32_t triangle, const Vec3& sample) const;
 
   bool is_wanted(const Square& square) const;
 
@@ -71,19 +75,22 @@ class SurfaceCover {
   const TileMask* wanted_ = nullptr;
   int tile_level_ = 0;  // of squares as large as a tile
   Vec3 eye_{0};
-  int front_ = 1;  // the sign of a crossing from a triangle's front, by the turn of its corners
   double scale_ = 0;
   std::vector<Vec3> vertices_;  // in the plane's frame
   std::vector<Shadow> edge_shadows_, section_shadows_;
   std::vector<std::int32_t> section_of_;  // of a triangle, -1: it does not come to the plane
   std::vector<float> depth_of_;           // of a triangle, the greatest, at most 0
-  struct FirstAt {
-    std::uint32_t square = 0, triangle = 0;
+  // Of an edge, in the last square it was met in.
+  struct EdgeUse {
+    std::uint32_t square = 0;
+    std::uint32_t count = 0, first = 0;  // triangles that might be chosen
+    int row = -1;                        // of the sheet's
   };
-  std::vector<std::uint32_t> met_in_;  // of an edge, the last square it was met in
-  std::vector<FirstAt> first_at_;      // and the first triangle found at it there
+  std::vector<EdgeUse> use_of_;
   std::vector<std::uint32_t> edge_stack_;
   std::vector<Active> triangle_stack_;
+  ClosedSheet sheet_;
+  std::vector<std::uint32_t> columns_;  // of the sheet, by the root of their part
   std::uint32_t squares_ = 0;
 };
 
