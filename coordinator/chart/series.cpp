@@ -122,6 +122,17 @@ Points sweep(const SeriesBase& base) {
   return {{"sweep alone", 0, alone}, {"sweep after Projections", 1, after}};
 }
 
+// What the sections of solids settle: alone, and after Projections.
+Points slices(const SeriesBase& base) {
+  EvaluatorSettings alone = base.settings, before = projection_alone(base), after = before;
+  alone.methods = {Method::kSlices};
+  after.methods = {Method::kProjection, Method::kSlices};
+  alone.gap = 0;
+  return {{"slices alone", 0, alone},
+          {"Projections alone", 1, before},
+          {"slices after Projections", 2, after}};
+}
+
 Points sampling(const SeriesBase& base) {
   Points points;
   const auto add = [&](double rays) {
@@ -149,6 +160,7 @@ constexpr Series kSeries[] = {
     {"extent", "Projections, extent 0.7 to 2", "#8c8c8c", true, extent},
     {"raster", "Projections, direct and OSMesa", "#7a4a2b", true, raster},
     {"sweep", "occlusion sweep, alone and after Projections", "#4f7f1f", true, sweep},
+    {"slices", "slices of solids, alone and after Projections", "#8f3a5c", true, slices},
     {"ingredients", "a method more or less", "#b0833a", true, ingredients},
     {"sampling", "random rays (prove nothing)", "#d1414f", false, sampling},
 };

@@ -20,7 +20,7 @@ struct NominalPrices {
   double projection = 0.0003;  // a piece on one plane, drawn
   double map_pixel = 4e-6;     // reset, pyramids
   double box_test = 0.00006;
-  double sweep_plane = 0.1;        // re-projected, its occluders looked for
+  double sweep_plane = 0.1;       // re-projected, its occluders looked for
   double item_triangle = 0.0003;  // collected, drawn in one view
   double item_pixel = 1e-5;
 };

@@ -10,6 +10,7 @@
 #include "worker/visibility/hint_views.hpp"
 #include "worker/visibility/item_views.hpp"
 #include "worker/visibility/sampler.hpp"
+#include "worker/visibility/slice_cover.hpp"
 
 namespace pvsfarm {
 namespace {
@@ -52,6 +53,13 @@ ProjectionEffort with_surfaces(ProjectionEffort effort) {
   return effort;
 }
 
+// Maps for slices to be drawn on, where no others are.
+ProjectionEffort bare(ProjectionEffort effort) {
+  effort.pieces = false;
+  effort.splits = 0;
+  return effort;
+}
+
 // A sweep's maps are of bits, and every step costs it up to a pixel at each side of a gap.
 SweepEffort sweep_effort_of(const EvaluatorSettings& s) {
   return {.columns_px = std::min(kSweepFactor * s.resolution_px, kMaxSweepPx), .near_m = s.near_m};
@@ -82,6 +90,11 @@ struct Evaluator::State {
     if (settings.methods.has(Method::kSurfaces))
       surfaces =
           std::make_unique<ProjectionProver>(*scene, ranking, with_surfaces(effort_of(settings)));
+    if (settings.methods.has(Method::kSlices)) {
+      slices = std::make_unique<SliceCover>(*scene);
+      if (!projection)
+        bare_maps = std::make_unique<ProjectionProver>(*scene, ranking, bare(effort_of(settings)));
+    }
     if (settings.methods.has(Method::kSweep))
       sweep = std::make_unique<SweepProver>(*scene, sweep_effort_of(settings));
     if (settings.hint_viewpoints > 0)
@@ -97,6 +110,8 @@ struct Evaluator::State {
   void prove(ProjectionProver& prover, Method method, const Cell& cell, Cascade& cascade,
              Evidence* evidence, const std::vector<ProjectionPlane>* aimed_beside = nullptr);
   void escalate(const Cell& cell, Cascade& cascade, Evidence* evidence);
+  void slice(ProjectionProver& prover, int splits, const Cell& cell, Cascade& cascade,
+             Evidence* evidence);
   void improve(const ProjectionProver& prover, int splits, const Cell& cell, Cascade& cascade,
                Evidence* evidence);
   void prove_by_sweep(const Cell& cell, Cascade& cascade, Evidence* evidence);
@@ -109,7 +124,8 @@ struct Evaluator::State {
   CpuClock clock;
   OccluderRanking ranking;
   VisibleSet nothing;
-  std::unique_ptr<ProjectionProver> projection, fine, surfaces;
+  std::unique_ptr<ProjectionProver> projection, fine, surfaces, bare_maps;
+  std::unique_ptr<SliceCover> slices;
   std::unique_ptr<SweepProver> sweep;
   std::unique_ptr<Sampler> sampler;
   std::unique_ptr<ItemViews> views;
@@ -203,10 +219,44 @@ void Evaluator::State::escalate(const Cell& cell, Cascade& cascade, Evidence* ev
   for (int round = 0; round < kMostRounds && cascade.goes_on(); ++round) {
     const std::uint64_t before = cascade.visible_triangles() - cascade.seen_triangles();
     prove(*fine, Method::kFineProjection, cell, cascade, evidence, &used);
+    if (slices && cascade.goes_on()) slice(*fine, kFineSplits, cell, cascade, evidence);
     const std::uint64_t left = cascade.visible_triangles() - cascade.seen_triangles();
     note_planes(*fine);
     if (static_cast<double>(before - left) < kLeastSettled * static_cast<double>(before)) break;
   }
+}
+
+// Adds the slices of solids to the maps of the prover's last run, and asks again.
+void Evaluator::State::slice(ProjectionProver& prover, int splits, const Cell& cell,
+                             Cascade& cascade, Evidence* evidence) {
+  if (prover.maps().empty()) return;
+  if (evidence != nullptr && cascade.open().contains(evidence->object))
+    evidence->method = Method::kSlices;
+  cascade.begin(Method::kSlices);
+  const CellFrame frame(cell);
+  slices->begin(cell, frame, settings.near_m);
+  SliceWork work;
+  double nominal_ms = 0;
+  for (OcclusionMap& map : prover.maps()) {
+    const SliceWork own = slices->draw(map);
+    work.segments += own.segments;
+    work.pixels += own.pixels;
+    if (own.pixels > 0)
+      nominal_ms += kPrices.map_pixel * map.plane().resolution_px * map.plane().resolution_px;
+  }
+  std::uint32_t box_tests = 0;
+  if (work.pixels > 0) {
+    HierarchyTest test(*scene, frame, prover.maps());
+    test.watch(evidence);
+    VisibleSet hidden = cascade.open();
+    test.run(cascade.open(), splits);
+    hidden.remove_all(cascade.open());
+    cascade.visible().remove_all(hidden);
+    box_tests = test.box_tests();
+  }
+  cascade.statistics().box_tests += box_tests;
+  cascade.end(seen(), work.segments,
+              nominal_ms + work.segments * kPrices.projection + box_tests * kPrices.box_test);
 }
 
 // On the maps of the prover's last run. Not on maps with surfaces: their pixels carry ray
@@ -274,9 +324,15 @@ CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const Visibl
   const bool improves = s.settings.methods.has(Method::kImproved);
   if (s.projection && cascade.goes_on()) {
     s.prove(*s.projection, Method::kProjection, cell, cascade, evidence);
+    if (s.slices && cascade.goes_on()) s.slice(*s.projection, kSplits, cell, cascade, evidence);
     if (s.views) s.view(key, cell, cascade);
     if (aims) s.aim(cascade, kFirstRays);
     if (improves && cascade.goes_on()) s.improve(*s.projection, kSplits, cell, cascade, evidence);
+  }
+
+  if (s.bare_maps && cascade.goes_on()) {
+    s.prove(*s.bare_maps, Method::kSlices, cell, cascade, evidence);
+    s.slice(*s.bare_maps, kFineSplits, cell, cascade, evidence);
   }
 
   // 3. Escalation, while the gap is too large.

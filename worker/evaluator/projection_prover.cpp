@@ -35,6 +35,10 @@ void ProjectionProver::project_from(const CellFrame& frame, std::size_t from,
     OcclusionMap& map = maps_[m];
     coverages_.clear();
     const OcclusionMap* const drawn = from > 0 ? &map : nullptr;
+    if (!effort_.pieces) {
+      map.build_pyramids();
+      continue;
+    }
     for (const std::uint32_t i : screen_.pass(map.plane(), effort_.near_m, from)) {
       const LocalOccluder& occluder = occluders_.list[i];
       const int count = make_pieces(occluders_, occluder, map.plane(), effort_.near_m, pieces);

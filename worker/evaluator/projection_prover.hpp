@@ -26,6 +26,7 @@ struct ProjectionEffort {
   double extent = 1.1;
   double near_m = 0;
   int splits = 3;                 // Rule S: an occludee's box is halved so often in a row
+  bool pieces = true;             // convex pieces occlude
   bool surfaces = false;          // whole surfaces occlude too, beside the convex pieces
   std::size_t aimed_planes = 12;  // of a run that aims, over all faces
 };
@@ -51,6 +52,8 @@ class ProjectionProver {
 
   // The maps of the last run, as they were at its end.
   std::span<const OcclusionMap> maps() const { return std::span(maps_).first(map_count_); }
+  // To be drawn on by others, in pixels that keep the promise of the map.
+  std::span<OcclusionMap> maps() { return std::span(maps_).first(map_count_); }
 
  private:
   double ground_depth(const CellFrame& frame, const Cell& cell) const;

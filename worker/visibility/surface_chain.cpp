@@ -1,73 +1,14 @@
 #include "worker/visibility/surface_chain.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
+
+#include "worker/visibility/cell_clearance.hpp"
 
 namespace pvsfarm {
 namespace {
 
 constexpr std::uint32_t kAbsent = std::numeric_limits<std::uint32_t>::max();
-constexpr double kRounding = 0x1p-44;  // relative; dominates three dozen operations
-
-double size_of(const Vec3& p) { return std::abs(p.x) + std::abs(p.y) + std::abs(p.z); }
-
-// Whether coordinates of the world are those of the cell, bit for bit.
-bool comparable(const Cell& cell, const CellFrame& frame) {
-  return frame.aligned() && cell.origin == Vec3(0);
-}
-
-std::uint8_t beyond_faces(const Vec3& world, const Vec3& local, const Cell& cell,
-                          const CellFrame& frame) {
-  unsigned bits = 0;
-  const double margin = kRounding * (size_of(local) + frame.offset_scale());
-  for (int a = 0; a < 3; ++a) {
-    const bool exact = comparable(cell, frame);
-    const bool below = exact ? world[a] <= cell.lo[a] : local[a] + frame.half()[a] < -margin;
-    const bool above = exact ? world[a] >= cell.hi[a] : local[a] - frame.half()[a] > margin;
-    bits |= (below ? 1u : 0u) << (2 * a) | (above ? 1u : 0u) << (2 * a + 1);
-  }
-  return static_cast<std::uint8_t>(bits);
-}
-
-// On which side of the triangle's plane the inside of the cell lies: +1 in front, -1 behind, 0 on
-// both, or doubt. The cell may touch the plane only where that is certain without rounding: along a
-// face of an aligned cell that has some depth there.
-int side_of_cell(const Vec3 (&world)[3], const Vec3 (&local)[3], const Cell& cell,
-                 const CellFrame& frame) {
-  const Vec3 ab = local[1] - local[0], ac = local[2] - local[0], n = cross(ab, ac);
-  const Vec3& half = frame.half();
-  const double around = size_of(local[0]) + frame.offset_scale() + size_of(half);
-  const double normal_error =
-      kRounding * (around + size_of(ab) + size_of(ac)) * (size_of(ab) + size_of(ac));
-  const double ahead = -dot(n, local[0]);  // of the cell's centre
-  const double reach = std::abs(n.x) * half.x + std::abs(n.y) * half.y + std::abs(n.z) * half.z;
-  const double error = normal_error * around;
-  if (ahead - reach > error) return 1;
-  if (-ahead - reach > error) return -1;
-  if (!comparable(cell, frame)) return 0;
-  for (int a = 0; a < 3; ++a) {
-    const double at = world[0][a];
-    if (at != world[1][a] || at != world[2][a] || !(cell.lo[a] < cell.hi[a])) continue;
-    if (!(std::abs(n[a]) > normal_error)) return 0;
-    if (at <= cell.lo[a]) return n[a] > 0 ? 1 : -1;
-    if (at >= cell.hi[a]) return n[a] > 0 ? -1 : 1;
-  }
-  return 0;
-}
-
-// Whether the triangle may come nearer to the cell than near_m.
-bool near_cell(const Vec3 (&local)[3], const CellFrame& frame, double near_m) {
-  if (!(near_m > 0)) return false;
-  Box box;
-  for (const Vec3& p : local) box.add(p);
-  const double margin = kRounding * (size_of(box.lo) + size_of(box.hi) + frame.offset_scale());
-  for (int a = 0; a < 3; ++a)
-    if (box.lo[a] - frame.half()[a] > near_m + margin ||
-        -frame.half()[a] - box.hi[a] > near_m + margin)
-      return false;
-  return true;
-}
 
 }  // namespace
 
@@ -132,17 +73,17 @@ void SurfaceChainBuilder::add_component(const SurfaceComponent& component, const
   const auto all = scene_.surface_triangles();
   const auto triangles = all.subspan(component.first_triangle, component.triangle_count);
   for (const SurfaceTriangle& triangle : triangles) {
-    Vec3 world[3], local[3];
+    CornersAtCell corners;
     unsigned beyond = ~0u;
     for (int k = 0; k < 3; ++k) {
-      world[k] = scene_.surface_vertices()[triangle.vertex[k]];
-      local[k] = frame.local_from_world(world[k]);
-      beyond &= beyond_faces(world[k], local[k], cell, frame);
+      corners.world[k] = scene_.surface_vertices()[triangle.vertex[k]];
+      corners.local[k] = frame.local_from_world(corners.world[k]);
+      beyond &= beyond_faces(corners.world[k], corners.local[k], cell, frame);
     }
-    const int side = side_of_cell(world, local, cell, frame);
+    const int side = side_of_cell(corners, cell, frame);
     // No eye is on it: either its plane keeps off the inside of the cell, or that of a face does.
     const bool blocks = triangle.one_sided != 0 ? side > 0 : side != 0 || beyond != 0;
-    if (!blocks || near_cell(local, frame, near_m)) continue;
+    if (!blocks || near_cell(corners, frame, near_m)) continue;
     ChainTriangle added;
     for (int k = 0; k < 3; ++k) {
       const std::int32_t use = triangle.edge[k];
