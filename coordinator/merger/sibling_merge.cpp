@@ -111,35 +111,26 @@ class SubtreeMerge {
   std::vector<std::size_t> order_;  // of the nodes that stay
 };
 
+// A cell's statistics count in fewer bits than the sums do, by the same names.
+template <class From>
+void add_figures(const From& from, CostFigures& sum) {
+  sum.cpu_ms += from.cpu_ms;
+  sum.contradictions += from.contradictions;
+  for (std::size_t i = 0; i < sum.methods.size(); ++i) {
+    const auto& method = from.methods[i];
+    sum.methods[i].hidden_objects += method.hidden_objects;
+    sum.methods[i].seen_objects += method.seen_objects;
+    sum.methods[i].hidden_triangles += method.hidden_triangles;
+    sum.methods[i].seen_triangles += method.seen_triangles;
+    sum.methods[i].work += method.work;
+    sum.methods[i].cpu_ms += method.cpu_ms;
+  }
+}
+
 }  // namespace
 
-void CostFigures::add(const CellStatistics& statistics) {
-  cpu_ms += statistics.cpu_ms;
-  contradictions += statistics.contradictions;
-  for (std::size_t i = 0; i < methods.size(); ++i) {
-    const MethodStatistics& from = statistics.methods[i];
-    methods[i].hidden_objects += from.hidden_objects;
-    methods[i].seen_objects += from.seen_objects;
-    methods[i].hidden_triangles += from.hidden_triangles;
-    methods[i].seen_triangles += from.seen_triangles;
-    methods[i].work += from.work;
-    methods[i].cpu_ms += from.cpu_ms;
-  }
-}
-
-void CostFigures::add(const CostFigures& other) {
-  cpu_ms += other.cpu_ms;
-  contradictions += other.contradictions;
-  for (std::size_t i = 0; i < methods.size(); ++i) {
-    const MethodFigures& from = other.methods[i];
-    methods[i].hidden_objects += from.hidden_objects;
-    methods[i].seen_objects += from.seen_objects;
-    methods[i].hidden_triangles += from.hidden_triangles;
-    methods[i].seen_triangles += from.seen_triangles;
-    methods[i].work += from.work;
-    methods[i].cpu_ms += from.cpu_ms;
-  }
-}
+void CostFigures::add(const CellStatistics& statistics) { add_figures(statistics, *this); }
+void CostFigures::add(const CostFigures& other) { add_figures(other, *this); }
 
 void merge_siblings(const Tree& tree, std::vector<SubtreeNode>& subtree) {
   SubtreeMerge(tree, subtree).run();

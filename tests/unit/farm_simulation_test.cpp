@@ -4,15 +4,12 @@
 // A failing seed replays: PVSFARM_SEED=N farm_simulation_test.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cstdlib>
 #include <map>
-#include <queue>
 
 #include "common/base/random.hpp"
 #include "coordinator/service/bake_work.hpp"
 #include "coordinator/service/desk.hpp"
-#include "worker/service/messenger.hpp"
+#include "tests/support/simulated_farm.hpp"
 
 namespace pvsfarm {
 namespace {
@@ -112,37 +109,17 @@ struct ForgetfulLog : ResultLog {
 };
 
 struct Faults {
-  double lost = 0, repeated = 0, delayed = 0;
+  NetworkFaults network;
   double worker_dies = 0, worker_hangs = 0, connection_breaks = 0,
          coordinator_dies = 0;  // a second
 };
 
-struct SimulatedWorker {
-  std::string peer;
-  std::unique_ptr<Messenger> messenger;
-  std::optional<Job> job;
-  Millis job_ends{};
-  bool hangs = false;
-};
-
 const Task& task_of(const SimulatedWorker& worker) { return std::get<Task>(worker.job->work); }
-
-struct Packet {
-  Millis time{};
-  std::uint64_t order = 0;
-  std::string peer;  // the worker's connection
-  bool to_worker = false;
-  Frames frames;
-  bool operator>(const Packet& other) const {
-    return std::tie(time, order) > std::tie(other.time, other.order);
-  }
-};
-
-std::span<const std::byte> view(const std::string& s) { return std::as_bytes(std::span(s)); }
 
 class Simulation {
  public:
-  Simulation(std::uint64_t seed, const Faults& faults) : random_(seed), faults_(faults) {
+  Simulation(std::uint64_t seed, const Faults& faults)
+      : random_(seed), faults_(faults), network_(random_, faults.network) {
     start_coordinator();
     workers_.resize(3);
     for (SimulatedWorker& worker : workers_) start_worker(worker);
@@ -186,45 +163,26 @@ class Simulation {
     desk_ = std::make_unique<Desk>(settings, *work_, now_);
   }
 
-  void start_worker(SimulatedWorker& worker) {
-    Hello hello;
-    hello.pid = static_cast<std::uint32_t>(++connections_);
-    for (std::uint8_t& b : hello.worker) b = static_cast<std::uint8_t>(random_.next());
-    worker = {.peer = std::to_string(connections_)};
-    worker.messenger = std::make_unique<Messenger>(hello, now_);
-  }
-
-  void post(Packet packet) {
-    if (happens(faults_.lost)) return;
-    const int copies = happens(faults_.repeated) ? 2 : 1;
-    for (int i = 0; i < copies; ++i) {
-      packet.time = now_ + 1ms + Millis(random_.below(20));
-      if (happens(faults_.delayed)) packet.time += Millis(random_.below(45'000));
-      packet.order = ++order_;
-      network_.push(packet);
-    }
-  }
+  void start_worker(SimulatedWorker& worker) { worker = new_worker(++connections_, random_, now_); }
 
   void send_from_desk() {
     for (Outgoing& out : desk_->take_outgoing())
-      post({.peer = out.peer, .to_worker = true, .frames = encode(out.envelope, out.message)});
+      network_.post(
+          {.peer = out.peer, .to_worker = true, .frames = encode(out.envelope, out.message)}, now_);
   }
 
   void deliver() {
-    while (!network_.empty() && network_.top().time <= now_) {
-      const Packet packet = network_.top();
-      network_.pop();
-      const Result<Decoded> decoded = decode(view(packet.frames.header), view(packet.frames.body));
-      ASSERT_TRUE(decoded.ok());
-      if (!packet.to_worker) {
-        EXPECT_TRUE(desk_->receive(packet.peer, decoded, now_).ok());
+    while (const auto packet = network_.next(now_)) {
+      const Decoded message = decoded(*packet);
+      if (!packet->to_worker) {
+        EXPECT_TRUE(desk_->receive(packet->peer, message, now_).ok());
         send_from_desk();
         continue;
       }
       for (SimulatedWorker& worker : workers_)
-        if (worker.peer == packet.peer) {
-          check_ack(decoded->message);
-          worker.messenger->receive(decoded, now_);
+        if (worker.peer == packet->peer) {
+          check_ack(message.message);
+          worker.messenger->receive(message, now_);
         }
     }
   }
@@ -254,14 +212,12 @@ class Simulation {
       }
     }
     if (worker.job) {
-      const auto left = static_cast<std::uint64_t>((worker.job_ends - now_).count());
-      const std::uint64_t progress = worker.hangs ? 1 : 1'000'000'000 - left;
-      messenger.set_progress(Running{worker.job->lease(), progress}, 0);
+      tell_progress(worker, now_);
       if (!worker.hangs && now_ >= worker.job_ends) finish(worker);
     }
     messenger.tick(now_);
     while (auto out = messenger.next_outgoing())
-      post({.peer = worker.peer, .frames = encode(out->envelope, out->message)});
+      network_.post({.peer = worker.peer, .frames = encode(out->envelope, out->message)}, now_);
     EXPECT_FALSE(messenger.leaving().has_value()) << messenger.leaving()->text;
   }
 
@@ -302,6 +258,7 @@ class Simulation {
 
   Random random_;
   Faults faults_;
+  SimulatedNetwork network_;
   Millis now_{0};
   Digest scene_ = DigestBuilder().add("scene").finish();
   ForgetfulLog log_;
@@ -309,9 +266,8 @@ class Simulation {
   std::unique_ptr<BakeWork> work_;
   std::unique_ptr<Desk> desk_;
   std::vector<SimulatedWorker> workers_;
-  std::priority_queue<Packet, std::vector<Packet>, std::greater<>> network_;
   std::map<LeaseId, std::vector<CellKey>> cells_of_;
-  std::uint64_t connections_ = 0, order_ = 0, epoch_ = 0;
+  std::uint64_t connections_ = 0, epoch_ = 0;
 };
 
 void expect_golden(const ForgetfulLog& log) {
@@ -322,21 +278,14 @@ void expect_golden(const ForgetfulLog& log) {
   EXPECT_TRUE(rows == golden);
 }
 
-void run_seeds(const Faults& faults, std::uint64_t count) {
-  std::uint64_t first = 1;
-  if (const char* seed = std::getenv("PVSFARM_SEED")) {
-    first = std::strtoull(seed, nullptr, 10);
-    count = 1;
-  }
-  for (std::uint64_t seed = first; seed < first + count; ++seed) {
-    SCOPED_TRACE(::testing::Message() << "PVSFARM_SEED=" << seed);
+void run_with(const Faults& faults, std::uint64_t count) {
+  run_seeds(count, [&](std::uint64_t seed) {
     Simulation simulation(seed, faults);
     ASSERT_TRUE(simulation.run()) << "not done within a virtual day";
     expect_golden(simulation.log());
     EXPECT_TRUE(simulation.work().given_up().empty());
     EXPECT_EQ(simulation.work().disagreements(), 0u);
-    if (testing::Test::HasFailure()) return;
-  }
+  });
 }
 
 }  // namespace
@@ -370,23 +319,23 @@ TEST(FarmSimulation, a_refuted_certificate_is_told_loudly_and_is_no_disagreement
       << warnings[0];
 }
 
-TEST(FarmSimulation, without_faults) { run_seeds({}, 20); }
-TEST(FarmSimulation, messages_are_lost) { run_seeds({.lost = 0.05}, 40); }
-TEST(FarmSimulation, messages_are_repeated) { run_seeds({.repeated = 0.2}, 40); }
-TEST(FarmSimulation, messages_are_late_and_out_of_order) { run_seeds({.delayed = 0.05}, 40); }
-TEST(FarmSimulation, workers_die) { run_seeds({.worker_dies = 0.1}, 40); }
-TEST(FarmSimulation, workers_hang) { run_seeds({.worker_hangs = 0.02}, 40); }
-TEST(FarmSimulation, connections_break) { run_seeds({.connection_breaks = 0.1}, 40); }
-TEST(FarmSimulation, the_coordinator_dies) { run_seeds({.coordinator_dies = 0.2}, 40); }
+TEST(FarmSimulation, without_faults) { run_with({}, 20); }
+TEST(FarmSimulation, messages_are_lost) { run_with({.network = {.lost = 0.05}}, 40); }
+TEST(FarmSimulation, messages_are_repeated) { run_with({.network = {.repeated = 0.2}}, 40); }
+TEST(FarmSimulation, messages_are_late_and_out_of_order) {
+  run_with({.network = {.delayed = 0.05}}, 40);
+}
+TEST(FarmSimulation, workers_die) { run_with({.worker_dies = 0.1}, 40); }
+TEST(FarmSimulation, workers_hang) { run_with({.worker_hangs = 0.02}, 40); }
+TEST(FarmSimulation, connections_break) { run_with({.connection_breaks = 0.1}, 40); }
+TEST(FarmSimulation, the_coordinator_dies) { run_with({.coordinator_dies = 0.2}, 40); }
 TEST(FarmSimulation, everything_at_once) {
-  run_seeds({.lost = 0.01,
-             .repeated = 0.05,
-             .delayed = 0.01,
-             .worker_dies = 0.02,
-             .worker_hangs = 0.01,
-             .connection_breaks = 0.02,
-             .coordinator_dies = 0.02},
-            100);
+  run_with({.network = {.lost = 0.01, .repeated = 0.05, .delayed = 0.01},
+            .worker_dies = 0.02,
+            .worker_hangs = 0.01,
+            .connection_breaks = 0.02,
+            .coordinator_dies = 0.02},
+           100);
 }
 
 }  // namespace pvsfarm

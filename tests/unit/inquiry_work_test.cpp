@@ -3,15 +3,13 @@
 // A failing seed replays: PVSFARM_SEED=N inquiry_work_test.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <map>
-#include <queue>
 
 #include "common/base/random.hpp"
 #include "common/wire/finding_bytes.hpp"
 #include "coordinator/service/desk.hpp"
 #include "coordinator/service/inquiry_work.hpp"
-#include "worker/service/messenger.hpp"
+#include "tests/support/simulated_farm.hpp"
 
 namespace pvsfarm {
 namespace {
@@ -57,36 +55,20 @@ AuditFinding answer_audit(const AuditAsked& asked, const ParentSet& visible) {
   return finding;
 }
 
-std::span<const std::byte> view(const std::string& s) { return std::as_bytes(std::span(s)); }
-
 struct Faults {
-  double lost = 0, repeated = 0, delayed = 0;
+  NetworkFaults network;
   double worker_dies = 0, worker_hangs = 0;  // a second
   bool poison = false;                       // the worker of kPoison fails, and says so
-};
-
-struct Packet {
-  Millis time{};
-  std::uint64_t order = 0;
-  std::string peer;
-  bool to_worker = false;
-  Frames frames;
-  bool operator>(const Packet& other) const {
-    return std::tie(time, order) > std::tie(other.time, other.order);
-  }
-};
-
-struct SimulatedWorker {
-  std::string peer;
-  std::unique_ptr<Messenger> messenger;
-  std::optional<Job> job;
-  Millis job_ends{};
-  bool hangs = false;
 };
 
 std::size_t size_of(const Job& job) {
   if (const auto* task = std::get_if<Task>(&job.work)) return task->cells.size();
   return std::max<std::size_t>(1, std::get<Inquiry>(job.work).audits.size());
+}
+
+NetworkFaults in_order(NetworkFaults faults) {
+  faults.in_order = true;
+  return faults;
 }
 
 class Simulation {
@@ -95,6 +77,7 @@ class Simulation {
              std::optional<Millis> deadline = std::nullopt)
       : random_(seed),
         faults_(faults),
+        network_(random_, in_order(faults.network)),
         list_(questions(count), [this](std::uint32_t number, Finding f) { take(number, f); }),
         work_(list_, kObjects) {
     DeskSettings settings{.scene_digest = scene_, .epoch = seed + 1};
@@ -147,46 +130,25 @@ class Simulation {
     }
   }
 
-  void start_worker(SimulatedWorker& worker) {
-    Hello hello;
-    hello.pid = static_cast<std::uint32_t>(++connections_);
-    for (std::uint8_t& b : hello.worker) b = static_cast<std::uint8_t>(random_.next());
-    worker = {.peer = std::to_string(connections_)};
-    worker.messenger = std::make_unique<Messenger>(hello, now_);
-  }
-
-  void post(Packet packet) {
-    if (happens(faults_.lost)) return;
-    const int copies = happens(faults_.repeated) ? 2 : 1;
-    for (int i = 0; i < copies; ++i) {
-      // In order, as the network has it, unless that is the fault.
-      Millis& last = last_arrival_[packet.peer + (packet.to_worker ? "<" : ">")];
-      packet.time = last = std::max(last, now_ + 1ms + Millis(random_.below(20)));
-      if (happens(faults_.delayed)) packet.time += Millis(random_.below(45'000));
-      packet.order = ++order_;
-      network_.push(packet);
-    }
-  }
+  void start_worker(SimulatedWorker& worker) { worker = new_worker(++connections_, random_, now_); }
 
   void send_from_desk() {
     for (Outgoing& out : desk_->take_outgoing())
-      post({.peer = out.peer, .to_worker = true, .frames = encode(out.envelope, out.message)});
+      network_.post(
+          {.peer = out.peer, .to_worker = true, .frames = encode(out.envelope, out.message)}, now_);
   }
 
   void deliver() {
-    while (!network_.empty() && network_.top().time <= now_) {
-      const Packet packet = network_.top();
-      network_.pop();
-      const Result<Decoded> decoded = decode(view(packet.frames.header), view(packet.frames.body));
-      ASSERT_TRUE(decoded.ok()) << decoded.error().text;
-      if (!packet.to_worker) {
-        blobs_ += std::holds_alternative<BlobGet>(decoded->message);
-        EXPECT_TRUE(desk_->receive(packet.peer, decoded, now_).ok());
+    while (const auto packet = network_.next(now_)) {
+      const Decoded message = decoded(*packet);
+      if (!packet->to_worker) {
+        blobs_ += std::holds_alternative<BlobGet>(message.message);
+        EXPECT_TRUE(desk_->receive(packet->peer, message, now_).ok());
         send_from_desk();
         continue;
       }
       for (SimulatedWorker& worker : workers_)
-        if (worker.peer == packet.peer) worker.messenger->receive(decoded, now_);
+        if (worker.peer == packet->peer) worker.messenger->receive(message, now_);
     }
   }
 
@@ -198,15 +160,13 @@ class Simulation {
       if (worker.job) worker.job_ends = now_ + Millis(size_of(*worker.job) * random_.below(60) + 5);
     }
     if (worker.job) {
-      const auto left = static_cast<std::uint64_t>((worker.job_ends - now_).count());
-      const std::uint64_t progress = worker.hangs ? 1 : 1'000'000'000 - left;
-      messenger.set_progress(Running{worker.job->lease(), progress}, 0);
+      tell_progress(worker, now_);
       const bool cancelled = messenger.cancelled(worker.job->lease());
       if (!worker.hangs && (cancelled || now_ >= worker.job_ends)) finish(worker, cancelled);
     }
     messenger.tick(now_);
     while (auto out = messenger.next_outgoing())
-      post({.peer = worker.peer, .frames = encode(out->envelope, out->message)});
+      network_.post({.peer = worker.peer, .frames = encode(out->envelope, out->message)}, now_);
     EXPECT_FALSE(messenger.leaving().has_value()) << messenger.leaving()->text;
     if (messenger.leaving()) start_worker(worker);
   }
@@ -259,6 +219,7 @@ class Simulation {
 
   Random random_;
   Faults faults_;
+  SimulatedNetwork network_;
   Millis now_{0};
   Digest scene_ = DigestBuilder().add("scene").finish();
   std::map<std::uint32_t, int> answers_;
@@ -266,39 +227,30 @@ class Simulation {
   InquiryWork work_;
   std::unique_ptr<Desk> desk_;
   std::vector<SimulatedWorker> workers_;
-  std::priority_queue<Packet, std::vector<Packet>, std::greater<>> network_;
-  std::map<std::string, Millis> last_arrival_;
-  std::uint64_t connections_ = 0, order_ = 0, blobs_ = 0;
+  std::uint64_t connections_ = 0, blobs_ = 0;
 };
 
 constexpr std::uint32_t kQuestions = 120;
 
-void run_seeds(const Faults& faults, std::uint64_t count) {
-  std::uint64_t first = 1;
-  if (const char* seed = std::getenv("PVSFARM_SEED")) {
-    first = std::strtoull(seed, nullptr, 10);
-    count = 1;
-  }
-  for (std::uint64_t seed = first; seed < first + count; ++seed) {
-    SCOPED_TRACE(::testing::Message() << "PVSFARM_SEED=" << seed);
+void run_with(const Faults& faults, std::uint64_t count) {
+  run_seeds(count, [&](std::uint64_t seed) {
     Simulation simulation(seed, faults, kQuestions);
     ASSERT_TRUE(simulation.run()) << "not done within a virtual day";
     EXPECT_EQ(simulation.answers().size(), kQuestions);
     for (const auto& [number, times] : simulation.answers()) EXPECT_EQ(times, 1) << number;
     EXPECT_TRUE(simulation.list().failures().empty());
     EXPECT_GE(simulation.blobs(), 9u);  // some sets were too large for a task
-    if (testing::Test::HasFailure()) return;
-  }
+  });
 }
 
 }  // namespace
 
-TEST(Inquiries, without_faults) { run_seeds({}, 3); }
-TEST(Inquiries, messages_are_lost) { run_seeds({.lost = 0.05}, 4); }
-TEST(Inquiries, answers_are_repeated) { run_seeds({.repeated = 0.3}, 4); }
-TEST(Inquiries, messages_are_late_and_out_of_order) { run_seeds({.delayed = 0.05}, 4); }
-TEST(Inquiries, workers_die) { run_seeds({.worker_dies = 0.3}, 4); }
-TEST(Inquiries, workers_hang) { run_seeds({.worker_hangs = 0.05}, 4); }
+TEST(Inquiries, without_faults) { run_with({}, 3); }
+TEST(Inquiries, messages_are_lost) { run_with({.network = {.lost = 0.05}}, 4); }
+TEST(Inquiries, answers_are_repeated) { run_with({.network = {.repeated = 0.3}}, 4); }
+TEST(Inquiries, messages_are_late_and_out_of_order) { run_with({.network = {.delayed = 0.05}}, 4); }
+TEST(Inquiries, workers_die) { run_with({.worker_dies = 0.3}, 4); }
+TEST(Inquiries, workers_hang) { run_with({.worker_hangs = 0.05}, 4); }
 
 TEST(Inquiries, a_question_that_no_worker_can_answer_is_given_up_and_the_others_are_answered) {
   Simulation simulation(5, {.poison = true}, kQuestions);
