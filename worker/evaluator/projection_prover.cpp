@@ -73,10 +73,12 @@ void ProjectionProver::add_occluders(const CellFrame& frame, double ground_depth
                                      const VisibleSet& visible, std::size_t from, std::size_t end,
                                      CellStatistics& statistics) {
   for (std::size_t i = from; i < end && occluders_.list.size() < kMostOccluders; ++i) {
-    const Occluder& occluder = scene_.occluders()[ranked_[i].index];
-    if (from > 0 && !owner_in(scene_, occluder, visible)) {
+    if (from > 0 && !ranking_.owned(ranked_[i], visible)) {
       ++statistics.occluders_skipped;
-    } else if (legal_for_cell(scene_, occluder, frame, effort_.near_m)) {
+      continue;
+    }
+    const Occluder& occluder = scene_.occluders()[ranked_[i].index];
+    if (legal_for_cell(scene_, occluder, frame, effort_.near_m)) {
       add_local(scene_, occluder, frame, ground_depth, ranked_[i].solid_angle, occluders_);
       screen_.add(occluders_.list.back().box);
     }

@@ -8,6 +8,8 @@
 namespace pvsfarm {
 namespace {
 
+constexpr std::uint32_t kBlock = 32;
+
 // The faces of the box as seen from `eye`, by area and cosine, over the distance squared. A wall
 // that stands askew may have the eye in its box and yet before it: then its points say how far.
 double solid_angle_of(const Box& box, std::span<const Vec3> points, const Vec3& eye,
@@ -30,6 +32,15 @@ bool owner_in(const Scene& scene, const Occluder& occluder, const VisibleSet& ca
   return false;
 }
 
+void OccluderRanking::Owners::add(const Owners& other) {
+  first = std::min(first, other.first);
+  end = std::max(end, other.end);
+}
+
+bool OccluderRanking::Owners::any_in(const VisibleSet& candidates) const {
+  return first < end && candidates.any_in(first, end - first);
+}
+
 OccluderRanking::OccluderRanking(const Scene& scene) : scene_(scene) {
   const auto occluders = scene.occluders();
   std::vector<std::uint32_t> ball_of(occluders.size(), 0);
@@ -37,15 +48,24 @@ OccluderRanking::OccluderRanking(const Scene& scene) : scene_(scene) {
     if (occluders[i].face_of >= 0) continue;
     const Vec3 center = occluders[i].box.center();
     ball_of[i] = static_cast<std::uint32_t>(balls_.size());
-    const auto owners = scene.owners(occluders[i]);
-    const bool single = owners.size() == 1 && scene.object(owners[0]).occludee;
+    Owners owners;
+    bool only_occludees = true;
+    for (const ObjectId owner : scene.owners(occluders[i])) {
+      const bool occludee = scene.object(owner).occludee;
+      only_occludees = only_occludees && occludee;
+      owners.add(occludee ? Owners{index_of(owner), index_of(owner) + 1}
+                          : Owners{0, scene.object_count()});
+    }
     balls_.push_back(
         {{static_cast<float>(center.x), static_cast<float>(center.y), static_cast<float>(center.z)},
          static_cast<float>(0.5 * length(occluders[i].box.size())),
          i,
          0,
          0,
-         single ? index_of(owners[0]) : kNoSingleOwner});
+         owners,
+         owners.end - owners.first == 1 || !only_occludees});
+    if (balls_.size() % kBlock == 1) blocks_.emplace_back();
+    blocks_.back().add(owners);
   }
   for (const Occluder& o : occluders)
     if (o.face_of >= 0) ++balls_[ball_of[o.face_of]].face_count;
@@ -63,6 +83,11 @@ OccluderRanking::OccluderRanking(const Scene& scene) : scene_(scene) {
   }
 }
 
+bool OccluderRanking::owned(const Ball& ball, const VisibleSet& candidates) const {
+  if (!ball.owners.any_in(candidates)) return false;
+  return ball.by_ids || owner_in(scene_, scene_.occluders()[ball.index], candidates);
+}
+
 void OccluderRanking::rank(const CellFrame& frame, const VisibleSet& candidates,
                            double least_solid_angle, std::size_t sorted,
                            std::vector<RankedOccluder>& out) const {
@@ -71,26 +96,28 @@ void OccluderRanking::rank(const CellFrame& frame, const VisibleSet& candidates,
   const Vec3 eye = cell.center();
   const double cell_radius = 0.5 * length(cell.size());
   const double least_distance = 1e-3 + 0.5 * cell_radius;
-  const auto consider = [&](std::uint32_t index) {
+  const auto consider = [&](std::uint32_t index, std::uint32_t ball) {
     const Occluder& occluder = scene_.occluders()[index];
     const double solid_angle =
         solid_angle_of(occluder.box, scene_.points(occluder), eye, least_distance);
-    if (solid_angle >= least_solid_angle) out.push_back({index, solid_angle});
+    if (solid_angle >= least_solid_angle) out.push_back({index, ball, solid_angle});
   };
-  for (const Ball& ball : balls_) {
+  for (std::uint32_t i = 0; i < balls_.size(); ++i) {
+    if (i % kBlock == 0 && !blocks_[i / kBlock].any_in(candidates)) {
+      i += kBlock - 1;
+      continue;
+    }
+    const Ball& ball = balls_[i];
     const double dx = ball.center[0] - eye.x, dy = ball.center[1] - eye.y,
                  dz = ball.center[2] - eye.z;
     // No box in a ball of radius r at distance d spans more than about 4 (r / (d - r))^2.
     const double squared = dx * dx + dy * dy + dz * dz, reach = ball.radius + cell_radius;
     const double size = 4.0 * ball.radius * ball.radius;
     if (size < least_solid_angle * (0.5 * squared - reach * reach)) continue;
-    if (ball.owner != kNoSingleOwner
-            ? !candidates.contains(ObjectId{ball.owner})
-            : !owner_in(scene_, scene_.occluders()[ball.index], candidates))
-      continue;
-    consider(ball.index);
+    if (!owned(ball, candidates)) continue;
+    consider(ball.index, i);
     if (squared <= 4 * reach * reach)
-      for (std::uint32_t f = 0; f < ball.face_count; ++f) consider(faces_[ball.first_face + f]);
+      for (std::uint32_t f = 0; f < ball.face_count; ++f) consider(faces_[ball.first_face + f], i);
   }
   const auto larger = [](const RankedOccluder& a, const RankedOccluder& b) {
     return a.solid_angle > b.solid_angle || (a.solid_angle == b.solid_angle && a.index < b.index);

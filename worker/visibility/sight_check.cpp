@@ -205,7 +205,6 @@ double SeenTriangle::depth_inside(const Vec3& p) const {
 SightCheck::SightCheck(std::shared_ptr<const Scene> scene)
     : scene_(std::move(scene)),
       tree_(*scene_, triangles_of(*scene_, true), center_of(*scene_)),
-      passable_(*scene_, triangles_of(*scene_, false), center_of(*scene_)),
       one_sided_(scene_->all_triangles().size() / 8 + 1) {
   for (const ObjectRecord& object : scene_->objects()) {
     if (object.two_sided) continue;
@@ -246,9 +245,10 @@ bool SightCheck::meets(const Sightline& line, std::uint32_t triangle) const {
   return meeting(SeenTriangle(*scene_, triangle, line.eye), bit(one_sided_, triangle), d) <= 1;
 }
 
-void SightCheck::passed(const Sightline& line, double t_max, std::vector<Hit>& hits) const {
+void SightCheck::passed(const Sightline& line, double t_max, std::vector<Hit>& hits) {
+  if (!passable_) passable_.emplace(*scene_, triangles_of(*scene_, false), center_of(*scene_));
   const Vec3 from = line.eye - origin(), d = line.point - line.eye;
-  walk<false>(passable_, box_query(from, d, margin_for(length(from))), [&](std::uint32_t t) {
+  walk<false>(*passable_, box_query(from, d, margin_for(length(from))), [&](std::uint32_t t) {
     const double at = meeting(SeenTriangle(*scene_, t, line.eye), bit(one_sided_, t), d);
     if (at < t_max) hits.push_back({object_of(t), t, at});
     return t_max;

@@ -7,7 +7,7 @@
 // slab of the margin about its plane, cut by its edges moved outwards by the margin; it holds every
 // point within the margin of the triangle, and more at sharp corners.
 // Only +, -, *, / and square roots, uncontracted: the same answer on every machine.
-// Threads: const after construction. No query that gives a bool allocates.
+// Threads: const after construction but for passed(). No query that gives a bool allocates.
 #pragma once
 
 #include <cstdint>
@@ -77,8 +77,9 @@ class SightCheck {
   // The opaque triangle that the segment meets first, with no margin.
   std::optional<Hit> first_hit(const Sightline& line) const;
   // Appends the triangles of all other matter, which one sees through, that the segment meets
-  // before t_max; in no order.
-  void passed(const Sightline& line, double t_max, std::vector<Hit>& hits) const;
+  // before t_max; in no order. The first call sorts that matter, of which there may be more than of
+  // all else.
+  void passed(const Sightline& line, double t_max, std::vector<Hit>& hits);
   // The `count` opaque triangles nearest to the segment, nearest first, one an object; slow.
   std::vector<Near> nearest(const Sightline& line, ObjectId ignored, std::size_t count) const;
 
@@ -98,7 +99,8 @@ class SightCheck {
                         double margin) const;
 
   std::shared_ptr<const Scene> scene_;
-  TriangleTree tree_, passable_;
+  TriangleTree tree_;
+  std::optional<TriangleTree> passable_;
   std::vector<std::uint8_t> one_sided_;  // a bit a triangle
   double radius_ = 0;
 };
