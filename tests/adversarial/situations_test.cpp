@@ -53,6 +53,26 @@ TEST_P(Situation, a_one_sided_wall_hides_only_what_its_front_faces_away_from) {
   EXPECT_FALSE(hides(source, 1));
 }
 
+// A cell may be given by three axes that are a left-handed frame: the same box.
+TEST_P(Situation, a_one_sided_wall_has_the_same_front_for_a_cell_with_left_handed_axes) {
+  const Cell turned{.origin = {0.1, 0, 0}, .lo = {-1, -0.9, -1}, .hi = {0.8, 0.9, 1}};
+  for (int axis = 0; axis < 3; ++axis) {
+    Cell cell = turned;
+    cell.axes[axis] = -cell.axes[axis];
+    for (const bool front : {true, false}) {
+      // With a wing, so that it is a surface too.
+      std::array wing{Vec3{3, 20, -20}, Vec3{3, 20, 20}, Vec3{9, 40, 20}, Vec3{9, 40, -20}};
+      if (!front) std::swap(wing[1], wing[3]);
+      SceneSource source;
+      source.objects = {wall_at(3, front), thing({{6, -1, -1}, {7, 1, 1}})};
+      append(source.objects[0], polygon_object("wing", wing));
+      source.objects[0].two_sided = false;
+      EXPECT_EQ(hides(source, 1, cell), front) << axis;
+      EXPECT_EQ(sees(source, 1, {{0, 0, 0}, {6, 0, 0}}), !front);
+    }
+  }
+}
+
 TEST_P(Situation, a_one_sided_wall_whose_plane_cuts_the_cell_is_seen_through_from_behind) {
   SceneSource source;
   // The plane x = 0.5 of the wall passes through the cell; the thing stands behind its front.

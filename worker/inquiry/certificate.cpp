@@ -40,7 +40,11 @@ Box world_around_local(const Cell& cell, const Box& local_box) {
 
 Certificate::Certificate(const Scene& scene, const Cell& cell, const LocalOccluders& occluders,
                          double near_m)
-    : scene_(scene), cell_(cell), occluders_(occluders), near_m_(near_m), frame_(cell) {}
+    : scene_(scene),
+      cell_(right_handed(cell)),
+      occluders_(occluders),
+      near_m_(near_m),
+      frame_(cell) {}
 
 std::vector<std::uint64_t> Certificate::covered_pixels(const PixelRange& range, float depth) const {
   const int side = map_.plane().resolution_px;

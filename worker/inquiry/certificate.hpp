@@ -18,7 +18,7 @@ namespace pvsfarm {
 // Threads: one object, one thread.
 class Certificate {
  public:
-  // Keeps references to all but the number.
+  // Keeps references to the scene and the occluders.
   Certificate(const Scene& scene, const Cell& cell, const LocalOccluders& occluders, double near_m);
 
   // How far `plane` proves `local_box` hidden, and by whom; none if the box is not wholly beyond
@@ -41,7 +41,7 @@ class Certificate {
   PlanePlace place_of(const ProjectionPlane& plane, const PlaneRect& rect) const;
 
   const Scene& scene_;
-  const Cell& cell_;
+  const Cell cell_;  // as its frame has it
   const LocalOccluders& occluders_;
   double near_m_;
   CellFrame frame_;

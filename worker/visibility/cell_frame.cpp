@@ -1,6 +1,7 @@
 #include "worker/visibility/cell_frame.hpp"
 
 #include <cmath>
+#include <utility>
 
 namespace pvsfarm {
 namespace {
@@ -8,12 +9,21 @@ constexpr double kRounding =
     0x1p-49;  // 16 units of rounding: dominates three products and two sums
 }
 
-CellFrame::CellFrame(const Cell& cell)
-    : origin_(cell.origin),
-      middle_(cell.lo * 0.5 + cell.hi * 0.5),
-      axes_(cell.axes),
-      aligned_(cell.axes == Cell{}.axes),
-      world_bounds_(cell.bounds()) {
+Cell right_handed(Cell cell) {
+  if (dot(cross(cell.axes[0], cell.axes[1]), cell.axes[2]) < 0) {
+    cell.axes[0] = -cell.axes[0];
+    cell.lo[0] = -std::exchange(cell.hi[0], -cell.lo[0]);
+  }
+  return cell;
+}
+
+CellFrame::CellFrame(const Cell& given) {
+  const Cell cell = right_handed(given);
+  origin_ = cell.origin;
+  middle_ = cell.lo * 0.5 + cell.hi * 0.5;
+  axes_ = cell.axes;
+  aligned_ = cell.axes == Cell{}.axes;
+  world_bounds_ = given.bounds();
   Vec3 extent;
   for (int a = 0; a < 3; ++a)
     extent[a] = std::max(cell.hi[a] - middle_[a], middle_[a] - cell.lo[a]);

@@ -15,12 +15,16 @@
 
 namespace pvsfarm {
 
+// The same box of space, its first axis turned around if its axes are a left-handed frame.
+Cell right_handed(Cell cell);
+
 // Maps the world linearly so that the cell lies in the box [-half, half]. Visibility does not
 // change under a linear map, so axes that are orthonormal only up to rounding do no harm: `half` is
-// widened by what they skew.
+// widened by what they skew. The frame is that of right_handed(cell): front and back are told by
+// the turns of corners.
 class CellFrame {
  public:
-  explicit CellFrame(const Cell& cell);
+  explicit CellFrame(const Cell& given);
 
   Vec3 local_from_world(const Vec3& p) const {
     const Vec3 d = p - origin_;
