@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include "common/base/check.hpp"
@@ -10,9 +11,14 @@
 namespace pvsfarm {
 namespace {
 
-constexpr double kKernelPx = 5;  // a step's footprint beside the pixel itself, 1024 pixels a side
-constexpr double kLeastStep = 0.05, kMostStep = 0.08;  // of the distance
-constexpr double kFirstDistance = 2;                   // of the cell's half width
+// A step, as a part of the distance. A smaller one loses more to pixels than it gains by having
+// occluders near a plane (theory B.2): its kernel should be many pixels wide.
+constexpr double kStep = 0.1;
+constexpr double kFirstDistance = 3;  // of the cell's half width
+// A face is given up where planes have settled too little since the last that settled enough.
+constexpr int kPlanesATest = 3;
+constexpr double kGiveUp = 1.4;        // of that one's distance
+constexpr double kLeastYield = 0.002;  // of what is open
 
 // Depth beyond the face of a box of the local frame.
 struct DepthRange {
@@ -110,12 +116,11 @@ bool ground_below(const Scene& scene, const CellFrame& frame) {
 }  // namespace
 
 SweepProver::SweepProver(const Scene& scene, const SweepEffort& effort)
-    : scene_(scene), effort_(effort), tree_(scene) {
+    : scene_(scene), effort_(effort) {
   PVS_CHECK(effort.columns_px % 64 == 0 && effort.columns_px <= kMaxSweepPx);
 }
 
-// Steps as long as the kernel allows (theory B.2), but neither so short nor so long a part of the
-// distance that nothing is gained.
+// At distances that grow by kStep.
 std::vector<SweepPlane> SweepProver::planes_for(const CellFrame& frame, Face face,
                                                 const OccludeeExtent& extent) const {
   std::vector<SweepPlane> planes;
@@ -127,12 +132,9 @@ std::vector<SweepPlane> SweepProver::planes_for(const CellFrame& frame, Face fac
   double distance = std::max(kFirstDistance * width, 1e-3 * reach);
   while (distance < reach && static_cast<int>(planes.size()) < effort_.most_planes) {
     ProjectionPlane plane = square_plane(frame, face, distance, effort_.extent, effort_.columns_px);
-    const double kernel = kKernelPx * (vertical_is_x ? plane.py : plane.px);
-    const double step =
-        width > 0 ? std::clamp(kernel / (2 * width), kLeastStep, kMostStep) : kMostStep;
     SweepPlane sweep{.along = vertical_is_x ? MapAxis::kY : MapAxis::kX,
                      .row_count = effort_.columns_px / 2,
-                     .bound = distance * (1 + 0.5 * step)};
+                     .bound = distance * (1 + 0.5 * kStep)};
     // Along, grids are nearly proportional to the distance, hence aligned. Across: what is of use.
     Box behind = plane.plane_from_local(around);
     behind.lo.z = std::max(behind.lo.z, 0.0);
@@ -147,73 +149,104 @@ std::vector<SweepPlane> SweepProver::planes_for(const CellFrame& frame, Face fac
     pixel = range / sweep.row_count;
     sweep.plane = plane;
     if (hi > lo) planes.push_back(sweep);
-    distance *= 1 + step;
+    distance *= 1 + kStep;
   }
   return planes;
 }
 
-void SweepProver::sweep_face(const CellFrame& frame, Face face, const OccludeeExtent& extent,
-                             double ground_depth, CellStatistics& statistics) {
-  const std::vector<SweepPlane> planes = planes_for(frame, face, extent);
-  faces_.push_back({face, map_count_, planes.size()});
+void SweepProver::sweep_face(const Sweep& sweep, Face face) {
+  const CellFrame& frame = sweep.frame;
+  const std::vector<SweepPlane> planes = planes_for(frame, face, sweep.extent);
+  const std::size_t first = map_count_;
   if (maps_.size() < map_count_ + planes.size()) maps_.resize(map_count_ + planes.size());
-  statistics.planes += static_cast<std::uint32_t>(planes.size());
   const bool has_ground = face.axis != 2 && ground_below(scene_, frame);
   const Vec3 center = frame.world_bounds().center();
   const Vec3 on_ground{center.x, center.y, scene_.ground()};
   const double ground = frame.local_around_world({on_ground, on_ground}).lo.z;
-  std::array<Piece, 2> pieces;
-  double before = 0;  // the bound of the plane before
+  double before = 0;       // the bound of the plane before
+  double last_useful = 0;  // the distance of the last plane that settled enough; 0: none yet
   for (std::size_t k = 0; k < planes.size(); ++k) {
-    CoverageBits& map = maps_[map_count_ + k];
-    const ProjectionPlane& plane = planes[k].plane;
+    CoverageBits& map = maps_[map_count_++];
     map.reset(planes[k]);
-    if (k > 0) map.gather(maps_[map_count_ + k - 1]);
+    if (k > 0) map.gather(maps_[first + k - 1]);
     if (has_ground) map.cover_below(ground);
-    coverages_.clear();
-    const double nearest = -plane.distance + std::max(plane.distance / 64, effort_.near_m);
-    const double farthest = planes[k].bound - plane.distance;
-    const auto of_no_use = [&](const Box& world) {
-      Box local = frame.local_around_world(world);
-      if (ground_depth > 0 && world.lo.z <= scene_.ground()) local.lo.z -= ground_depth;
-      const DepthRange range = depths(frame, face, local);
-      if (range.hi <= before || range.lo >= planes[k].bound) return true;
-      Box box = plane.plane_from_local(local);
-      box.lo.z = std::max(box.lo.z, nearest);
-      box.hi.z = std::min(box.hi.z, farthest);
-      return !(box.lo.z <= box.hi.z) || map.settled(occludee_rect(plane, box));
-    };
-    stack_.assign(tree_.nodes().empty() ? 0 : 1, 0);
-    while (!stack_.empty()) {
-      const OccluderTree::Node& node = tree_.nodes()[stack_.back()];
-      stack_.pop_back();
-      if (of_no_use(node.box())) continue;
-      if (node.count == 0) {
-        stack_.push_back(node.first);
-        stack_.push_back(node.first + 1);
-        continue;
-      }
-      for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-        const Occluder& occluder = scene_.occluders()[tree_.order()[i]];
-        if (of_no_use(occluder.box)) continue;
-        if (!legal_for_cell(scene_, occluder, frame, effort_.near_m)) continue;
-        occluders_.list.clear();
-        occluders_.points.clear();
-        add_local(scene_, occluder, frame, ground_depth, 0, occluders_);
-        const int count =
-            make_pieces(occluders_, occluders_.list[0], plane, effort_.near_m, pieces);
-        for (int p = 0; p < count; ++p)
-          if (pieces[p].box.hi.z <= farthest)
-            statistics.projections +=
-                project(pieces[p], plane, frame.offset_scale(), coverages_) ? 1 : 0;
-      }
-      // At once, so that what comes next may turn out hidden.
-      map.draw(coverages_);
-      coverages_.clear();
-    }
+    const double nearest = nearest_depth(planes[k].plane, effort_.near_m);
+    add_occluders(sweep, polygon_plane(planes[k], nearest, frame.offset_scale()), before, map);
     before = planes[k].bound;
+    if (k % kPlanesATest != kPlanesATest - 1) continue;
+
+    // What the planes settle, and whether farther ones may be expected to settle anything.
+    const std::uint32_t open_before = sweep.open.count();
+    const SweepTest::Maps newest[] = {{face, std::span(&map, 1)}};
+    SweepTest test(scene_, frame, newest);
+    test.run(sweep.open, 0);
+    sweep.statistics.box_tests += test.box_tests();
+    const std::uint32_t settled = open_before - sweep.open.count();
+    if (settled > kLeastYield * open_before) last_useful = planes[k].plane.distance;
+    if (last_useful > 0 && planes[k].plane.distance > kGiveUp * last_useful) break;
   }
-  map_count_ += planes.size();
+  faces_.push_back({face, first, map_count_ - first});
+  sweep.statistics.planes += static_cast<std::uint32_t>(map_count_ - first);
+}
+
+// Those between two bounds whose place on the map is not all covered. Drawn at once, so that what
+// comes next may turn out hidden.
+void SweepProver::add_occluders(const Sweep& sweep, const PolygonPlane& plane, double before,
+                                CoverageBits& map) {
+  if (tree_->level_count() == 0) return;
+  const SlabScreen screen(sweep.frame, plane, map.grid(),
+                          {.before = before,
+                           .bound = map.where().bound,
+                           .ground = scene_.ground(),
+                           .ground_depth = sweep.ground_depth});
+  SlabScreen::Ranges ranges;
+  stack_.assign(1, {tree_->level_count() - 1, 0});
+  while (!stack_.empty()) {
+    const Visit visit = stack_.back();
+    stack_.pop_back();
+    unsigned rest = screen.screen(tree_->level(visit.level)[visit.block], ranges);
+    for (; rest != 0; rest &= rest - 1) {
+      const int k = std::countr_zero(rest);
+      if (map.all_covered(ranges.of(k))) continue;
+      const std::uint32_t child = OccluderTree::kWidth * visit.block + k;
+      if (visit.level > 0)
+        stack_.push_back({visit.level - 1, child});
+      else
+        add_occluder(sweep, scene_.occluders()[tree_->order()[child]], plane, map);
+    }
+  }
+}
+
+void SweepProver::add_occluder(const Sweep& sweep, const Occluder& occluder,
+                               const PolygonPlane& plane, CoverageBits& map) {
+  const CellFrame& frame = sweep.frame;
+  if (occluder.shape == OccluderShape::kPolygon && occluder.point_count <= kMaxCoverPoints) {
+    std::array<Vec3, kMaxCoverPoints> points;
+    const auto world = scene_.points(occluder);
+    for (std::size_t i = 0; i < world.size(); ++i) points[i] = frame.local_from_world(world[i]);
+    const auto local = std::span(points).first(world.size());
+    const int side = side_of_cell(local, occluder.flatness, frame);
+    if (side == 0) return;
+    if (occluder.one_sided && side < 0 && !legal_for_cell(scene_, occluder, frame, effort_.near_m))
+      return;
+    const Cover cover = cover_polygon(plane, local, occluder.flatness, map, shape_);
+    sweep.statistics.projections += cover == Cover::kAdded ? 1 : 0;
+    if (cover != Cover::kLongWay) return;
+  } else if (!legal_for_cell(scene_, occluder, frame, effort_.near_m)) {
+    return;
+  }
+  occluders_.list.clear();
+  occluders_.points.clear();
+  coverages_.clear();
+  add_local(scene_, occluder, frame, sweep.ground_depth, 0, occluders_);
+  std::array<Piece, 2> pieces;
+  const ProjectionPlane& on = map.where().plane;
+  const int count = make_pieces(occluders_, occluders_.list[0], on, effort_.near_m, pieces);
+  for (int p = 0; p < count; ++p)
+    if (pieces[p].box.hi.z <= plane.deepest)
+      sweep.statistics.projections +=
+          project(pieces[p], on, frame.offset_scale(), coverages_) ? 1 : 0;
+  map.draw(coverages_);
 }
 
 void SweepProver::note(const CellFrame& frame, Evidence& evidence) const {
@@ -242,19 +275,20 @@ void SweepProver::run(const Cell& cell, VisibleSet& visible, VisibleSet& open,
                        length(scene_.bounds().center() - cell.center());
   const double ground_depth = cell.bounds().lo.z >= scene_.ground() ? 4 * reach : 0;
   const OccludeeExtent extent = extent_of(scene_, frame, open);
+  const Sweep sweep{frame, extent, ground_depth, open, statistics};
+  VisibleSet hidden = open;
+  if (!tree_) tree_.emplace(scene_);
   faces_.clear();
   map_count_ = 0;
   for (const Face face : kFaces) {
     const double nearest_side =
         face.sign > 0 ? extent.highest_lo[face.axis] : -extent.lowest_hi[face.axis];
-    if (nearest_side > frame.half()[face.axis])
-      sweep_face(frame, face, extent, ground_depth, statistics);
+    if (nearest_side > frame.half()[face.axis]) sweep_face(sweep, face);
   }
 
   std::vector<SweepTest::Maps> maps;
   for (const FaceMaps& f : faces_)
     maps.push_back({f.face, std::span<const CoverageBits>(maps_).subspan(f.first, f.count)});
-  VisibleSet hidden = open;
   SweepTest test(scene_, frame, maps);
   test.run(open, effort_.splits);
   statistics.box_tests += test.box_tests();

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "common/cells/cell.hpp"
@@ -16,6 +17,7 @@
 #include "worker/visibility/coverage_bits.hpp"
 #include "worker/visibility/occluder_tree.hpp"
 #include "worker/visibility/plane_choice.hpp"
+#include "worker/visibility/slab_screen.hpp"
 
 namespace pvsfarm {
 
@@ -42,25 +44,42 @@ class SweepProver {
            Evidence* evidence = nullptr);
 
  private:
-  void sweep_face(const CellFrame& frame, Face face, const OccludeeExtent& extent,
-                  double ground_depth, CellStatistics& statistics);
+  // What all faces of a cell share.
+  struct Sweep {
+    const CellFrame& frame;
+    const OccludeeExtent& extent;
+    double ground_depth;
+    VisibleSet& open;
+    CellStatistics& statistics;
+  };
+  void sweep_face(const Sweep& sweep, Face face);
+  void add_occluders(const Sweep& sweep, const PolygonPlane& plane, double before,
+                     CoverageBits& map);
+  void add_occluder(const Sweep& sweep, const Occluder& occluder, const PolygonPlane& plane,
+                    CoverageBits& map);
   std::vector<SweepPlane> planes_for(const CellFrame& frame, Face face,
                                      const OccludeeExtent& extent) const;
   void note(const CellFrame& frame, Evidence& evidence) const;
 
   const Scene& scene_;
   SweepEffort effort_;
-  OccluderTree tree_;
-  std::vector<CoverageBits> maps_;  // of all faces, nearest first within a face
+  std::optional<OccluderTree> tree_;  // made when a cell wants it first
+  std::vector<CoverageBits> maps_;    // of all faces, nearest first within a face
   struct FaceMaps {
     Face face;
     std::size_t first = 0, count = 0;
   };
   std::vector<FaceMaps> faces_;
   std::size_t map_count_ = 0;
+  // Room for work.
   LocalOccluders occluders_;
   CoverageList coverages_;
-  std::vector<std::uint32_t> stack_;
+  RowShape shape_;
+  struct Visit {
+    int level;
+    std::uint32_t block;
+  };
+  std::vector<Visit> stack_;
 };
 
 }  // namespace pvsfarm

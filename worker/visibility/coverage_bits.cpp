@@ -1,17 +1,19 @@
 #include "worker/visibility/coverage_bits.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
-#include <limits>
 
 #include "common/base/check.hpp"
 #include "worker/visibility/dispatch.hpp"
+#include "worker/visibility/lanes.hpp"
 
 namespace pvsfarm {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr int kLanes = 8;
+constexpr Eight kLaneNumbers{0, 1, 2, 3, 4, 5, 6, 7};
 
 // Bits first .. last of a word, 0 <= first <= last < 64.
 std::uint64_t bits_between(int first, int last) {
@@ -26,74 +28,186 @@ void for_each_word(int first, int last, Visit&& visit) {
     visit(w, bits_between(w == first / 64 ? first % 64 : 0, w == end ? last % 64 : 63));
 }
 
-// bound[j] = max(bound[j], offset + slope * (at + j * step)), or min.
-PVSFARM_DISPATCH
-void raise(double* bound, int n, double offset, double slope, double at, double step) {
-  for (int j = 0; j < n; ++j) {
-    const double value = offset + slope * (at + j * step);
-    bound[j] = value > bound[j] ? value : bound[j];
-  }
+// The lowest `count` bits, 0 .. 64.
+PVSFARM_INLINE EightWords low_bits(const EightInts& count) {
+  const EightWords n = __builtin_convertvector(count, EightWords);
+  const EightWords one{1, 1, 1, 1, 1, 1, 1, 1};
+  return n > 63 ? ~EightWords{} : (one << (n & 63)) - one;
 }
+
+// Sets the pixels of the shape in columns of words that are `stride` rows apart.
 PVSFARM_DISPATCH
-void lower(double* bound, int n, double offset, double slope, double at, double step) {
-  for (int j = 0; j < n; ++j) {
-    const double value = offset + slope * (at + j * step);
-    bound[j] = value < bound[j] ? value : bound[j];
+void fill_rows(const RowShape& shape, const BitGrid& grid, std::uint64_t* bits,
+               std::size_t stride) {
+  const Eight from = all_lanes(grid.a0), per_px = all_lanes(grid.per_pa);
+  const Eight none = all_lanes(0), side = all_lanes(grid.columns), count = all_lanes(shape.count);
+  for (int j = 0; j < shape.count; j += kLanes) {
+    const Eight row = kLaneNumbers + all_lanes(j);
+    Eight left = all_lanes(shape.left), right = all_lanes(shape.right);
+    for (int k = 0; k < shape.left_count; ++k)
+      left = larger(shape.lefts[k].at_first + row * shape.lefts[k].step, left);
+    for (int k = 0; k < shape.right_count; ++k)
+      right = smaller(shape.rights[k].at_first + row * shape.rights[k].step, right);
+    // The pixels wholly inside: bounds have a margin of 10^-6 pixel or are the map's own border,
+    // which rounding must not move.
+    const Eight a = smaller(larger((left - from) * per_px - 0x1p-36, none), side);
+    const Eight b = smaller(larger((right - from) * per_px + 0x1p-36, none), side);
+    const EightInts floor_a = __builtin_convertvector(a, EightInts);
+    const Eight up = __builtin_convertvector(floor_a, Eight) < a ? all_lanes(1) : none;
+    const EightInts first = floor_a + __builtin_convertvector(up, EightInts);
+    const Eight inside = row < count ? b : none;
+    const EightInts end = __builtin_convertvector(inside, EightInts);
+    const int last = static_cast<int>(largest(inside)) - 1;
+    for (int w = static_cast<int>(smallest(a)) / 64; 64 * w <= last; ++w) {
+      const EightInts at = first - 64 * w, to = end - 64 * w;
+      const EightInts lo = at < 0 ? EightInts{} : at, hi = to < 0 ? EightInts{} : to;
+      std::uint64_t* const words = bits + static_cast<std::size_t>(w) * stride + shape.first + j;
+      const EightWords set = low_bits(hi) & ~low_bits(lo);
+      store_lanes(words, load_lanes<EightWords>(words) | set);
+    }
   }
 }
 
-// The pixels wholly inside [left, right], as [first, end). Bounds have a margin of 10^-6 pixel or
-// are the map's own border, which rounding must not move.
+// words[i] &= words[i + step], for all but the last few.
 PVSFARM_DISPATCH
-void whole_pixels(const double* left, const double* right, int n, double from, double per_px,
-                  double count, int* first, int* end) {
-  for (int j = 0; j < n; ++j) {
-    double a = (left[j] - from) * per_px - 0x1p-36, b = (right[j] - from) * per_px + 0x1p-36;
-    a = a > 0 ? a : 0;
-    a = a < count ? a : count;
-    b = b > 0 ? b : 0;
-    b = b < count ? b : count;
-    const int i = static_cast<int>(a);
-    first[j] = i + (static_cast<double>(i) < a ? 1 : 0);
-    end[j] = static_cast<int>(b);
+void fuse(std::uint64_t* words, std::size_t count, std::size_t step) {
+  for (std::size_t i = 0; i + step + kLanes <= count; i += kLanes)
+    store_lanes(words + i,
+                load_lanes<EightWords>(words + i) & load_lanes<EightWords>(words + i + step));
+}
+
+// Every pixel and the one `step` < 64 after it in its row, of a map of `count` columns of words.
+PVSFARM_DISPATCH
+void fuse_along(std::uint64_t* words, std::size_t stride, int count, int step) {
+  for (int w = 0; w < count; ++w, words += stride) {
+    if (w + 1 == count) {
+      for (std::size_t j = 0; j < stride; ++j) words[j] &= words[j] >> step;
+    } else {
+      const std::uint64_t* const next = words + stride;
+      for (std::size_t j = 0; j < stride; ++j)
+        words[j] &= (words[j] >> step) | (next[j] << (64 - step));
+    }
   }
 }
 
-// 64 pixels from `first` on; beyond the row they are uncovered.
-std::uint64_t bits_from(const std::uint64_t* row, int words, int first) {
+// out[j] &= the 64 pixels from `first` on of row j; beyond the row they are uncovered.
+PVSFARM_DISPATCH
+void keep_shifted(std::uint64_t* out, const std::uint64_t* words, std::size_t stride, int count,
+                  int first) {
   const int word = first >> 6, shift = first & 63;
-  const std::uint64_t low = word >= 0 && word < words ? row[word] : 0;
-  if (shift == 0) return low;
-  const std::uint64_t high = word + 1 >= 0 && word + 1 < words ? row[word + 1] : 0;
-  return (low >> shift) | (high << (64 - shift));
+  const std::uint64_t* const low = words + word * static_cast<std::ptrdiff_t>(stride);
+  const std::uint64_t* const high = low + stride;
+  const bool has_low = word >= 0 && word < count;
+  const bool has_high = shift != 0 && word + 1 >= 0 && word + 1 < count;
+  if (has_low && has_high) {
+    for (std::size_t j = 0; j < stride; ++j)
+      out[j] &= (low[j] >> shift) | (high[j] << (64 - shift));
+  } else if (has_low) {
+    for (std::size_t j = 0; j < stride; ++j) out[j] &= low[j] >> shift;
+  } else if (has_high) {
+    for (std::size_t j = 0; j < stride; ++j) out[j] &= high[j] << (64 - shift);
+  } else {
+    std::fill_n(out, stride, 0);
+  }
+}
+
+PVSFARM_DISPATCH
+void add_bits(std::uint64_t* out, const std::uint64_t* words, std::size_t count,
+              std::uint64_t valid) {
+  for (std::size_t j = 0; j < count; ++j) out[j] |= words[j] & valid;
+}
+
+// Of lines from row 0 to row `last` drops those that one of two is never below: the one that is
+// highest in the first row, and the one that is highest in the last. sign -1: never above, lowest.
+int thinned(RowLine* lines, int count, int last, double sign) {
+  if (count < 2) return count;
+  const auto at_first = [&](int k) { return sign * lines[k].at_first; };
+  const auto at_last = [&](int k) { return sign * (lines[k].at_first + last * lines[k].step); };
+  int a = 0, b = 0;
+  for (int k = 1; k < count; ++k) {
+    if (at_first(k) > at_first(a)) a = k;
+    if (at_last(k) > at_last(b)) b = k;
+  }
+  const double a_last = at_last(a), b_first = at_first(b);
+  std::swap(lines[0], lines[a]);
+  if (b == 0) b = a;
+  int kept = 1;
+  if (at_last(b) > a_last) std::swap(lines[kept++], lines[b]);
+  for (int k = kept; k < count; ++k)
+    if (at_first(k) > b_first && at_last(k) > a_last) lines[kept++] = lines[k];
+  return kept;
+}
+
+// Along a row the footprint of pixel i is i + [first, last], nearly the same for neighbours where
+// the grids are scaled alike: one shift for a word's 64, wide enough for all of them.
+struct Shift {
+  int first = 0, last = -1;
+  std::uint64_t valid = 0;
+};
+
+Shift common_shift(const PixelSpan* spans, int first_pixel) {
+  Shift shift;
+  for (int i = first_pixel; i < first_pixel + 64; ++i) {
+    const PixelSpan& span = spans[i];
+    if (!span.valid()) continue;
+    if (shift.valid == 0) shift = {span.first - i, span.last - i, 0};
+    shift.first = std::min(shift.first, span.first - i);
+    shift.last = std::max(shift.last, span.last - i);
+    shift.valid |= 1ull << (i % 64);
+  }
+  return shift;
+}
+
+int power_of_two_below(int window) {
+  return static_cast<int>(std::bit_floor(static_cast<unsigned>(window)));
 }
 
 }  // namespace
+
+BitRange BitGrid::whole(double a_lo, double a_hi, double b_lo, double b_hi) const {
+  const auto first = [](double at, int count) {
+    return at > 0 ? static_cast<int>(std::ceil(std::min(at, static_cast<double>(count)))) : 0;
+  };
+  const auto last = [](double at, int count) {
+    return at > 0 ? static_cast<int>(std::min(at, static_cast<double>(count))) - 1 : -1;
+  };
+  return {first((a_lo - a0) * per_pa - 0x1p-36, columns),
+          last((a_hi - a0) * per_pa + 0x1p-36, columns),
+          first((b_lo - b0) * per_pb - 0x1p-36, rows), last((b_hi - b0) * per_pb + 0x1p-36, rows)};
+}
+
+void RowShape::begin(const BitRange& range, double a_lo, double a_hi) {
+  first = range.across_first;
+  count = range.across_last - range.across_first + 1;
+  left = a_lo;
+  right = a_hi;
+  left_count = right_count = 0;
+}
+
+void RowShape::thin_out() {
+  left_count = thinned(lefts, left_count, count - 1, 1);
+  right_count = thinned(rights, right_count, count - 1, -1);
+}
 
 void CoverageBits::reset(const SweepPlane& plane) {
   PVS_CHECK(plane.plane.resolution_px % 64 == 0);
   PVS_CHECK_LE(plane.plane.resolution_px, kMaxSweepPx);
   PVS_CHECK_LE(plane.row_count, plane.plane.resolution_px);
   where_ = plane;
-  columns_ = plane.plane.resolution_px;
-  rows_ = plane.row_count;
-  words_ = columns_ / 64;
   const bool x = plane.along == MapAxis::kX;
-  a0_ = x ? plane.plane.x0 : plane.plane.y0;
-  pa_ = x ? plane.plane.px : plane.plane.py;
-  b0_ = x ? plane.plane.y0 : plane.plane.x0;
-  pb_ = x ? plane.plane.py : plane.plane.px;
-  per_pa_ = 1 / pa_;
-  per_pb_ = 1 / pb_;
-  bits_.assign(static_cast<std::size_t>(rows_) * words_, 0);
-  left_.resize(rows_);
-  right_.resize(rows_);
-  first_.resize(rows_);
-  end_.resize(rows_);
+  const ProjectionPlane& p = plane.plane;
+  grid_ = {x ? p.x0 : p.y0, x ? p.y0 : p.x0, x ? p.px : p.py, x ? p.py : p.px};
+  grid_.per_pa = 1 / grid_.pa;
+  grid_.per_pb = 1 / grid_.pb;
+  grid_.columns = p.resolution_px;
+  grid_.rows = plane.row_count;
+  words_ = grid_.columns / 64;
+  stride_ = (static_cast<std::size_t>(grid_.rows) + kLanes - 1) / kLanes * kLanes;
+  bits_.assign(words_ * stride_ + kLanes, 0);
 }
 
 // Rounding of the product is below 10^-9 pixel; callers widen their rectangles by more.
-void CoverageBits::touched(const PlaneRect& rect, Range& along, Range& across) const {
+BitRange CoverageBits::touched(const PlaneRect& rect) const {
   const auto pixel = [](double at, int count) {
     if (!(at >= 0)) return -1;
     return at < count ? static_cast<int>(at) : count;
@@ -101,49 +215,44 @@ void CoverageBits::touched(const PlaneRect& rect, Range& along, Range& across) c
   const bool x = where_.along == MapAxis::kX;
   const double alo = x ? rect.x0 : rect.y0, ahi = x ? rect.x1 : rect.y1;
   const double blo = x ? rect.y0 : rect.x0, bhi = x ? rect.y1 : rect.x1;
-  along = {pixel((alo - a0_) / pa_ - 1e-9, columns_), pixel((ahi - a0_) / pa_ + 1e-9, columns_)};
-  across = {pixel((blo - b0_) / pb_ - 1e-9, rows_), pixel((bhi - b0_) / pb_ + 1e-9, rows_)};
+  const BitGrid& g = grid_;
+  return {pixel((alo - g.a0) / g.pa - 1e-9, g.columns),
+          pixel((ahi - g.a0) / g.pa + 1e-9, g.columns), pixel((blo - g.b0) / g.pb - 1e-9, g.rows),
+          pixel((bhi - g.b0) / g.pb + 1e-9, g.rows)};
 }
 
-bool CoverageBits::all_set(const Range& along, const Range& across) const {
-  for (int j = across.first; j <= across.last; ++j) {
-    const std::uint64_t* row = row_bits(j);
-    std::uint64_t missing = 0;
-    for_each_word(along.first, along.last,
-                  [&](int w, std::uint64_t mask) { missing |= mask & ~row[w]; });
-    if (missing != 0) return false;
-  }
-  return true;
+bool CoverageBits::all_covered(const BitRange& range) const {
+  bool all = true;
+  for_each_word(range.along_first, range.along_last, [&](int w, std::uint64_t mask) {
+    // From above: what stands on the ground is closed below first.
+    const std::uint64_t* const rows = column(w);
+    for (int j = range.across_last; all && j >= range.across_first; --j)
+      all = (mask & ~rows[j]) == 0;
+  });
+  return all;
 }
 
 bool CoverageBits::covered(const PlaneRect& rect) const {
   if (!(rect.x0 <= rect.x1 && rect.y0 <= rect.y1)) return false;  // NaN: doubt means visible
-  Range along, across;
-  touched(rect, along, across);
-  if (along.first < 0 || across.first < 0 || along.last >= columns_ || across.last >= rows_)
+  const BitRange range = touched(rect);
+  if (range.along_first < 0 || range.across_first < 0 || range.along_last >= grid_.columns ||
+      range.across_last >= grid_.rows)
     return false;
-  return all_set(along, across);
-}
-
-bool CoverageBits::settled(const PlaneRect& rect) const {
-  if (!(rect.x0 <= rect.x1 && rect.y0 <= rect.y1)) return false;
-  Range along, across;
-  touched(rect, along, across);
-  along = {std::max(along.first, 0), std::min(along.last, columns_ - 1)};
-  across = {std::max(across.first, 0), std::min(across.last, rows_ - 1)};
-  if (along.first > along.last) return true;
-  return all_set(along, across);
+  return all_covered(range);
 }
 
 std::uint64_t CoverageBits::covered_pixels() const {
   std::uint64_t sum = 0;
-  for (const std::uint64_t word : bits_) sum += std::popcount(word);
+  for (int w = 0; w < words_; ++w)
+    for (int j = 0; j < grid_.rows; ++j) sum += std::popcount(column(w)[j]);
   return sum;
 }
 
 void CoverageBits::cover_below(double level) {
-  for (int j = 0; j < rows_ && b0_ + (j + 1) * pb_ + 1e-9 * pb_ < level; ++j)
-    std::fill_n(row_bits(j), words_, ~0ull);
+  const BitGrid& g = grid_;
+  int rows = 0;
+  while (rows < g.rows && g.b0 + (rows + 1) * g.pb + 1e-9 * g.pb < level) ++rows;
+  for (int w = 0; w < words_; ++w) std::fill_n(column(w), rows, ~0ull);
 }
 
 void CoverageBits::gather(const CoverageBits& from) {
@@ -153,52 +262,48 @@ void CoverageBits::gather(const CoverageBits& from) {
   footprints(from.where_.plane, where_.plane, where_.along, along_spans_);
   footprints(from.where_.plane, where_.plane, across, across_spans_);
 
-  // Along a row the footprint of pixel i is i + [first, last], nearly the same for neighbours where
-  // the grids are scaled alike: one shift for a word's 64, wide enough for all of them.
-  struct Shift {
-    int first = 0, last = -1;
-    std::uint64_t valid = 0;
-  };
   std::array<Shift, kMaxSweepPx / 64> shifts;
-  int window = columns_;
+  int window = grid_.columns, row_window = grid_.rows;
   for (int w = 0; w < words_; ++w) {
-    Shift& shift = shifts[w];
-    for (int i = 64 * w; i < 64 * w + 64; ++i) {
-      const PixelSpan& span = along_spans_[i];
-      if (!span.valid()) continue;
-      if (shift.valid == 0) shift = {span.first - i, span.last - i, 0};
-      shift.first = std::min(shift.first, span.first - i);
-      shift.last = std::max(shift.last, span.last - i);
-      shift.valid |= 1ull << (i % 64);
-    }
-    if (shift.valid != 0) window = std::min(window, shift.last - shift.first + 1);
+    shifts[w] = common_shift(along_spans_.data(), 64 * w);
+    if (shifts[w].valid != 0) window = std::min(window, shifts[w].last - shifts[w].first + 1);
   }
-  window = static_cast<int>(std::bit_floor(static_cast<unsigned>(window)));
+  // Rows beyond those kept are uncovered.
+  for (int j = 0; j < grid_.rows; ++j) {
+    if (across_spans_[j].last >= from.grid_.rows) across_spans_[j] = {};
+    if (across_spans_[j].valid()) row_window = std::min(row_window, across_spans_[j].size());
+  }
+  window = std::min(power_of_two_below(window), 64);
+  row_window = power_of_two_below(row_window);
 
-  window_.resize(from.words_);
-  for (int j = 0; j < rows_; ++j) {
-    const PixelSpan& span = across_spans_[j];
-    // Rows beyond those kept are uncovered.
-    if (!span.valid() || span.last >= from.rows_) continue;
-    std::copy_n(from.row_bits(span.first), from.words_, window_.data());
-    for (int k = span.first + 1; k <= span.last; ++k) {
-      const std::uint64_t* row = from.row_bits(k);
-      for (int w = 0; w < from.words_; ++w) window_[w] &= row[w];
+  // Bit i of row j: whether pixels i .. i + window - 1 of rows j .. j + row_window - 1 are all
+  // covered. A row window that runs into the next column of words begins in no valid span.
+  fused_.assign(from.bits_.begin(), from.bits_.end());
+  for (int step = 1; step < window; step *= 2)
+    fuse_along(fused_.data(), from.stride_, from.words_, step);
+  for (int step = 1; step < row_window; step *= 2) fuse(fused_.data(), fused_.size(), step);
+
+  picked_.assign(from.words_ * stride_, 0);
+  for (int w = 0; w < from.words_; ++w) {
+    const std::uint64_t* const rows = fused_.data() + w * from.stride_;
+    std::uint64_t* const picked = picked_.data() + w * stride_;
+    for (int j = 0; j < grid_.rows; ++j) {
+      const PixelSpan& span = across_spans_[j];
+      if (!span.valid()) continue;
+      const int end = span.last + 1 - row_window;
+      picked[j] = rows[end];
+      for (int at = span.first; at < end; at += row_window) picked[j] &= rows[at];
     }
-    // Bit i: whether pixels i .. i + window - 1 are all covered.
-    for (int step = 1; step < window; step *= 2)
-      for (int w = 0; w < from.words_; ++w)
-        window_[w] &= bits_from(window_.data(), from.words_, 64 * w + step);
-    std::uint64_t* out = row_bits(j);
-    for (int w = 0; w < words_; ++w) {
-      const Shift& shift = shifts[w];
-      if (shift.valid == 0) continue;
-      const int end = shift.last + 1 - window;
-      std::uint64_t word = bits_from(window_.data(), from.words_, 64 * w + end);
-      for (int at = shift.first; at < end && word != 0; at += window)
-        word &= bits_from(window_.data(), from.words_, 64 * w + at);
-      out[w] |= word & shift.valid;
-    }
+  }
+  fused_.resize(std::max(fused_.size(), stride_));
+  for (int w = 0; w < words_; ++w) {
+    if (shifts[w].valid == 0) continue;
+    std::fill_n(fused_.data(), stride_, ~0ull);
+    const int end = shifts[w].last + 1 - window;
+    for (int at = shifts[w].first; at < end; at += window)
+      keep_shifted(fused_.data(), picked_.data(), stride_, from.words_, 64 * w + at);
+    keep_shifted(fused_.data(), picked_.data(), stride_, from.words_, 64 * w + end);
+    add_bits(column(w), fused_.data(), stride_, shifts[w].valid);
   }
 }
 
@@ -212,41 +317,42 @@ void CoverageBits::draw(const CoverageList& list) {
 void CoverageBits::draw(const Coverage& c, const HalfPlane* half_planes) {
   const bool x = where_.along == MapAxis::kX;
   const double alo = x ? c.x0 : c.y0, ahi = x ? c.x1 : c.y1;
-  const double blo = x ? c.y0 : c.x0, bhi = x ? c.y1 : c.x1;
-  int j0 = 0, j1 = 0, i0 = 0, i1 = 0;
-  whole_pixels(&blo, &bhi, 1, b0_, per_pb_, rows_, &j0, &j1);
-  whole_pixels(&alo, &ahi, 1, a0_, per_pa_, columns_, &i0, &i1);
-  if (j0 >= j1 || i0 >= i1 || all_set({i0, i1 - 1}, {j0, j1 - 1})) return;
-  const int n = j1 - j0;
-  std::fill_n(left_.begin(), n, alo);
-  std::fill_n(right_.begin(), n, ahi);
-  const double from = b0_ + j0 * pb_, width = ahi - alo;
-  const double reach = std::max(std::abs(from), std::abs(from + n * pb_));
+  double blo = x ? c.y0 : c.x0, bhi = x ? c.y1 : c.x1;
+  const double width = ahi - alo, reach = std::max(std::abs(blo), std::abs(bhi));
+  const auto flat = [&](double na, double nb) {
+    return std::abs(na) * width <= 1e-6 * std::abs(nb) * grid_.pb;
+  };
+  // An edge along the rows: decided for the whole width at its worst place, no division by na.
   for (std::uint32_t k = 0; k < c.half_plane_count; ++k) {
     const HalfPlane& h = half_planes[k];
     const double na = x ? h.nx : h.ny, nb = x ? h.ny : h.nx;
-    const double worst = nb > 0 ? from : from + pb_;  // of row 0
-    // An edge along the rows: decided for the whole width at its worst place, no division.
-    if (std::abs(na) * width <= 1e-6 * std::abs(nb) * pb_) {
-      const double worst_a = std::min(na * alo, na * ahi);
-      const double slack = 0x1p-48 * (std::abs(worst_a) + std::abs(nb) * reach + std::abs(h.c));
-      for (int j = 0; j < n; ++j)
-        if (!(nb * (worst + j * pb_) + worst_a >= h.c + slack)) left_[j] = kInfinity;
-      continue;
-    }
+    if (!flat(na, nb)) continue;
+    if (nb == 0) return;  // no edge at all
+    const double worst_a = std::min(na * alo, na * ahi);
+    const double slack = 0x1p-47 * (std::abs(worst_a) + std::abs(nb) * reach + std::abs(h.c));
+    const double level = (h.c + slack - worst_a) / nb;
+    (nb > 0 ? blo : bhi) = nb > 0 ? std::max(blo, level) : std::min(bhi, level);
+  }
+  const BitRange range = grid_.whole(alo, ahi, blo, bhi);
+  if (range.empty() || all_covered(range)) return;
+  shape_.begin(range, alo, ahi);
+  const double first_row = grid_.b0 + range.across_first * grid_.pb;
+  for (std::uint32_t k = 0; k < c.half_plane_count; ++k) {
+    const HalfPlane& h = half_planes[k];
+    const double na = x ? h.nx : h.ny, nb = x ? h.ny : h.nx;
+    if (flat(na, nb)) continue;
     const double slope = -nb / na, offset = h.c / na;
-    const double slack = 0x1p-48 * (std::abs(offset) + std::abs(slope) * reach);
+    const double slack = 0x1p-47 * (std::abs(offset) + std::abs(slope) * (reach + grid_.pb));
+    const double worst = nb > 0 ? first_row : first_row + grid_.pb;
     if (na > 0)
-      raise(left_.data(), n, offset + slack, slope, worst, pb_);
+      shape_.lefts[shape_.left_count++] = {offset + slack + slope * worst, slope * grid_.pb};
     else
-      lower(right_.data(), n, offset - slack, slope, worst, pb_);
+      shape_.rights[shape_.right_count++] = {offset - slack + slope * worst, slope * grid_.pb};
   }
-  whole_pixels(left_.data(), right_.data(), n, a0_, per_pa_, columns_, first_.data(), end_.data());
-  for (int j = 0; j < n; ++j) {
-    if (first_[j] >= end_[j]) continue;
-    std::uint64_t* row = row_bits(j0 + j);
-    for_each_word(first_[j], end_[j] - 1, [&](int w, std::uint64_t mask) { row[w] |= mask; });
-  }
+  shape_.thin_out();
+  fill(shape_);
 }
+
+void CoverageBits::fill(const RowShape& shape) { fill_rows(shape, grid_, bits_.data(), stride_); }
 
 }  // namespace pvsfarm

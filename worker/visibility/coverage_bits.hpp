@@ -28,6 +28,42 @@ struct SweepPlane {
 
 inline constexpr int kMaxSweepPx = 2048;
 
+// Pixels of a map of bits: first .. last of both axes, ends included.
+struct BitRange {
+  int along_first = 0, along_last = -1, across_first = 0, across_last = -1;
+  bool empty() const { return along_first > along_last || across_first > across_last; }
+};
+
+// The grid of a map of bits, along and across its words.
+struct BitGrid {
+  double a0 = 0, b0 = 0;          // the lower corner
+  double pa = 1, pb = 1;          // a pixel
+  double per_pa = 1, per_pb = 1;  // 1 / pa, 1 / pb
+  int columns = 0, rows = 0;
+  // The pixels wholly inside a rectangle that has a margin of 10^-6 pixel or is the map's own
+  // border.
+  BitRange whole(double a_lo, double a_hi, double b_lo, double b_hi) const;
+};
+
+// A bound of a convex shape's pixels, from row to row: at_first + j * step in row j of its rows.
+struct RowLine {
+  double at_first, step;
+};
+
+// A convex shape as rows of pixels: `count` of them from `first` on, each from the largest of the
+// lefts to the smallest of the rights, pixels wholly between.
+struct RowShape {
+  static constexpr int kMaxLines = 8 * kMaxPiecePoints;  // an edge a point, eight views
+  int first = 0, count = 0;
+  double left = 0, right = 0;
+  int left_count = 0, right_count = 0;
+  RowLine lefts[kMaxLines], rights[kMaxLines];
+
+  void begin(const BitRange& range, double a_lo, double a_hi);
+  // Of lines that another one outdoes in the first row and in the last, few are left.
+  void thin_out();
+};
+
 // Threads: one object, one thread. Allocates nothing once warm.
 class CoverageBits {
  public:
@@ -50,31 +86,33 @@ class CoverageBits {
   bool settled(const PlaneRect& rect) const;
   std::uint64_t covered_pixels() const;
   bool covered_at(int along, int row) const {
-    return (row_bits(row)[along / 64] >> (along % 64)) & 1;
+    return (column(along / 64)[row] >> (along % 64)) & 1;
   }
 
+  const BitGrid& grid() const { return grid_; }
+  // Whether all pixels of the range, which lies in the map, are covered.
+  bool all_covered(const BitRange& range) const;
+  // Covers the shape, which says no more than a ray certificate no deeper than bound().
+  void fill(const RowShape& shape);
+
  private:
-  struct Range {
-    int first, last;  // pixels; -1 or the count where the rectangle leaves the map
-  };
-  std::uint64_t* row_bits(int row) { return &bits_[static_cast<std::size_t>(row) * words_]; }
-  const std::uint64_t* row_bits(int row) const {
-    return &bits_[static_cast<std::size_t>(row) * words_];
+  std::uint64_t* column(int word) { return &bits_[static_cast<std::size_t>(word) * stride_]; }
+  const std::uint64_t* column(int word) const {
+    return &bits_[static_cast<std::size_t>(word) * stride_];
   }
-  void touched(const PlaneRect& rect, Range& along, Range& across) const;
-  bool all_set(const Range& along, const Range& across) const;
+  BitRange touched(const PlaneRect& rect) const;
   void draw(const Coverage& c, const HalfPlane* half_planes);
 
   SweepPlane where_;
-  int columns_ = 0, rows_ = 0, words_ = 0;
-  // The plane's coordinates along and across the words.
-  double a0_ = 0, pa_ = 1, b0_ = 0, pb_ = 1, per_pa_ = 1, per_pb_ = 1;
+  BitGrid grid_;
+  int words_ = 0;           // of a row
+  std::size_t stride_ = 0;  // rows, and what fills the last eight
+  // Word by word, and the rows one after another: eight rows are as many lanes.
   std::vector<std::uint64_t> bits_;
   // Kept from call to call.
   std::vector<PixelSpan> along_spans_, across_spans_;
-  std::vector<std::uint64_t> window_;
-  std::vector<double> left_, right_;
-  std::vector<int> first_, end_;
+  std::vector<std::uint64_t> fused_, picked_;
+  RowShape shape_;
 };
 
 }  // namespace pvsfarm

@@ -2,61 +2,65 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "common/geometry/rounding.hpp"
 
 namespace pvsfarm {
 namespace {
 
-constexpr std::uint32_t kLeafSize = 8;
+using Block = OccluderTree::Block;
+constexpr std::size_t kWidth = OccluderTree::kWidth;
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+// Blocks of `count` boxes; box(i, lo, hi) tells one.
+template <class TellBox>
+std::vector<Block> blocks_of(std::size_t count, TellBox&& box) {
+  std::vector<Block> blocks((count + kWidth - 1) / kWidth);
+  for (std::size_t i = 0; i < blocks.size() * kWidth; ++i) {
+    float lo[3] = {kInfinity, kInfinity, kInfinity}, hi[3] = {-kInfinity, -kInfinity, -kInfinity};
+    if (i < count) box(i, lo, hi);
+    for (int a = 0; a < 3; ++a) {
+      blocks[i / kWidth].lo[a][i % kWidth] = lo[a];
+      blocks[i / kWidth].hi[a][i % kWidth] = hi[a];
+    }
+  }
+  return blocks;
+}
+
+std::vector<std::uint32_t> by_morton_code(const Scene& scene) {
+  const auto occluders = scene.occluders();
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> codes;
+  codes.reserve(occluders.size());
+  for (std::uint32_t i = 0; i < occluders.size(); ++i)
+    if (occluders[i].face_of < 0 && occluders[i].point_count >= 3)
+      codes.emplace_back(morton_code(occluders[i].box.center(), scene.bounds()), i);
+  std::sort(codes.begin(), codes.end());
+  std::vector<std::uint32_t> order(codes.size());
+  for (std::size_t i = 0; i < codes.size(); ++i) order[i] = codes[i].second;
+  return order;
+}
 
 }  // namespace
 
-OccluderTree::OccluderTree(const Scene& scene) {
-  const auto occluders = scene.occluders();
-  for (std::uint32_t i = 0; i < occluders.size(); ++i)
-    if (occluders[i].face_of < 0 && occluders[i].point_count >= 3) order_.push_back(i);
+OccluderTree::OccluderTree(const Scene& scene) : order_(by_morton_code(scene)) {
   if (order_.empty()) return;
-  nodes_.reserve(order_.size() / 2 + 1);
-  nodes_.emplace_back();
-  split(scene, 0, 0, static_cast<std::uint32_t>(order_.size()));
-}
-
-// Halves the longest side of the centres' box by number.
-void OccluderTree::split(const Scene& scene, std::uint32_t index, std::uint32_t first,
-                         std::uint32_t count) {
-  const auto occluders = scene.occluders();
-  Box box, centers;
-  for (std::uint32_t i = first; i < first + count; ++i) {
-    const Box& own = occluders[order_[i]].box;
-    box.add(own);
-    centers.add(own.center());
+  levels_.push_back(blocks_of(order_.size(), [&](std::size_t i, float* lo, float* hi) {
+    const Box& box = scene.occluders()[order_[i]].box;
+    for (int a = 0; a < 3; ++a) {
+      lo[a] = float_not_above(box.lo[a]);
+      hi[a] = float_not_below(box.hi[a]);
+    }
+  }));
+  while (levels_.back().size() > 1) {
+    const std::vector<Block>& below = levels_.back();
+    levels_.push_back(blocks_of(below.size(), [&](std::size_t i, float* lo, float* hi) {
+      for (int a = 0; a < 3; ++a) {
+        lo[a] = *std::min_element(below[i].lo[a], below[i].lo[a] + kWidth);
+        hi[a] = *std::max_element(below[i].hi[a], below[i].hi[a] + kWidth);
+      }
+    }));
   }
-  for (int a = 0; a < 3; ++a) {
-    nodes_[index].lo[a] = float_not_above(box.lo[a]);
-    nodes_[index].hi[a] = float_not_below(box.hi[a]);
-  }
-  if (count <= kLeafSize) {
-    nodes_[index].first = first;
-    nodes_[index].count = count;
-    return;
-  }
-  int axis = 0;
-  const Vec3 size = centers.size();
-  for (int a = 1; a < 3; ++a)
-    if (size[a] > size[axis]) axis = a;
-  const std::uint32_t half = count / 2;
-  const auto begin = order_.begin() + first;
-  std::nth_element(begin, begin + half, begin + count, [&](std::uint32_t a, std::uint32_t b) {
-    const double ca = occluders[a].box.lo[axis] + occluders[a].box.hi[axis];
-    const double cb = occluders[b].box.lo[axis] + occluders[b].box.hi[axis];
-    return ca < cb || (ca == cb && a < b);
-  });
-  const auto child = static_cast<std::uint32_t>(nodes_.size());
-  nodes_.resize(nodes_.size() + 2);
-  nodes_[index].first = child;
-  split(scene, child, first, half);
-  split(scene, child + 1, first + half, count - half);
 }
 
 }  // namespace pvsfarm
