@@ -7,6 +7,7 @@
 
 #include "tests/property/random_shapes.hpp"
 #include "tests/support/make_objects.hpp"
+#include "tests/support/make_solids.hpp"
 
 namespace pvsfarm {
 namespace {
@@ -233,6 +234,57 @@ void touching(Builder& b) {
   b.occludees_ahead(25, 3, 30);
 }
 
+void solids(Builder& b) {
+  const int count = 2 + static_cast<int>(b.random.below(5));
+  for (int k = 0; k < count; ++k) {
+    const double x = b.random.between(4, 12), size = x * b.random.between(0.2, 0.7);
+    SourceObject mesh = random_solid(b.random, size);
+    if (b.chance(0.3)) append(mesh, random_solid(b.random, size * b.random.between(0.2, 1)));
+    if (b.chance(0.15)) turn_inside_out(mesh);
+    transform(mesh, b.chance(0.5) ? random_frame(b.random) : frame_about_z(b.random.unit()),
+              {x, b.random.between(-0.5, 0.5) * x, b.random.between(-0.5, 0.5) * x});
+    if (b.chance(0.1)) crack(mesh, size * std::pow(10.0, -b.random.between(1, 9)), b.random);
+    if (b.chance(0.1)) damage(mesh, b.random);
+    mesh.two_sided = b.chance(0.6);
+    b.add(std::move(mesh), b.chance(0.6) ? Role::kBoth : Role::kOnlyOccludes);
+  }
+  if (b.chance(0.3)) {  // around the cell
+    Box room = b.box(Vec3{0}, 2, 5);
+    room.hi.x += 12 * b.random.unit();
+    SourceObject walls = fine_box(room, 5, sides_but_perhaps_one(b.random, 0.4));
+    walls.two_sided = b.chance(0.5);
+    if (b.chance(0.7)) turn_inside_out(walls);
+    b.add(std::move(walls), Role::kOnlyOccludes);
+  }
+  b.occludees_ahead(25, 5, 40);
+  b.cells_around(Vec3{0}, 1.5, false);
+}
+
+void earth(Builder& b) {
+  constexpr double kReach = 18;
+  if (b.chance(0.8)) {
+    SourceObject hills = random_hills(b.random, kReach);
+    if (b.chance(0.1)) damage(hills, b.random);
+    hills.two_sided = b.chance(0.6);
+    b.add(std::move(hills), b.chance(0.7) ? Role::kBoth : Role::kOnlyOccludes);
+  }
+  for (int k = 0; k < 8; ++k) {
+    Box house = b.box({b.random.between(-12, 12), b.random.between(-12, 12), 0}, 0.5, 4);
+    house.lo.z = b.chance(0.7) ? 0 : b.random.between(-0.5, 0.5);
+    b.add(fine_box(house, 3, kAllSides & ~(b.chance(0.9) ? kLowZ : kHighX)), Role::kBoth);
+  }
+  for (int k = 0; k < 30; ++k) {
+    const double edge = b.chance(0.1) ? kReach + 0.1 : kReach - 1;
+    Box box = b.box(
+        {b.random.between(-edge, edge), b.random.between(-edge, edge), b.random.between(0, 6)},
+        0.05, 0.9);
+    box.lo.z = std::max(box.lo.z, 0.0);
+    b.add(box_object("", box), Role::kOnlyOccluded);
+  }
+  b.cells_around({b.random.between(-9, 9), b.random.between(-9, 9), b.random.between(0, 6)}, 1.2,
+                 true);
+}
+
 void fill(Builder& b, Family family) {
   switch (family) {
     case Family::kBlocks:
@@ -249,6 +301,10 @@ void fill(Builder& b, Family family) {
       return rooms(b);
     case Family::kTouching:
       return touching(b);
+    case Family::kSolids:
+      return solids(b);
+    case Family::kEarth:
+      return earth(b);
   }
 }
 
@@ -298,6 +354,10 @@ const char* to_string(Family family) {
       return "rooms";
     case Family::kTouching:
       return "touching";
+    case Family::kSolids:
+      return "solids";
+    case Family::kEarth:
+      return "earth";
   }
   return "";
 }
@@ -305,7 +365,9 @@ const char* to_string(Family family) {
 RandomWorld random_world(Family family, std::uint64_t seed) {
   Builder b(seed * 8 + static_cast<std::uint64_t>(family));
   fill(b, family);
-  displace(b, family == Family::kBlocks || family == Family::kRooms);
+  const bool level =
+      family == Family::kBlocks || family == Family::kRooms || family == Family::kEarth;
+  displace(b, level);
   return std::move(b.world);
 }
 

@@ -18,10 +18,12 @@ enum class Family {
   kMeshes,    // non-convex, multi-part, cracked, holed and badly oriented meshes
   kRooms,     // a tessellated room with doors and windows around the cell
   kTouching,  // cells that touch, cut or lie inside matter
+  kSolids,    // closed meshes of any shape, nested, around the cell, inside out, not quite closed
+  kEarth,     // hills and houses without floors, cells above them, on them, in them
 };
 inline constexpr Family kFamilies[] = {Family::kBlocks,   Family::kPlates, Family::kSlits,
                                        Family::kStraddle, Family::kMeshes, Family::kRooms,
-                                       Family::kTouching};
+                                       Family::kTouching, Family::kSolids, Family::kEarth};
 const char* to_string(Family family);
 
 struct RandomWorld {

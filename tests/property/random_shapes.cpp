@@ -1,10 +1,13 @@
 #include "tests/property/random_shapes.hpp"
 
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <vector>
 
 #include "tests/support/make_objects.hpp"
+#include "tests/support/make_solids.hpp"
 
 namespace pvsfarm {
 
@@ -124,6 +127,52 @@ void damage(SourceObject& object, Random& random) {
     kept.push_back(t);
   }
   if (!kept.empty()) object.triangles = std::move(kept);
+}
+
+int sides_but_perhaps_one(Random& random, double p) {
+  return random.unit() < p ? kAllSides & ~(1 << random.below(6)) : kAllSides;
+}
+
+SourceObject random_solid(Random& random, double s) {
+  switch (random.below(5)) {
+    case 0:
+      return random_star(random, s, random.between(0, 0.6));
+    case 1:
+      return l_prism(s);
+    case 2:
+      return torus(0, s * 0.7, s * random.between(0.05, 0.3), 12);
+    case 3: {
+      std::vector<Vec2> line;
+      for (int k = 0; k < 24; ++k)
+        line.push_back(s * Vec2(random.between(-1, 1), random.between(-1, 1)));
+      return extruded(line, -s * random.unit(), s * random.unit());
+    }
+    default: {
+      const Vec3 half{random.between(0.2 * s, s), random.between(0.2 * s, s),
+                      random.between(0.2 * s, s)};
+      return fine_box({-half, half}, 4, sides_but_perhaps_one(random, 0.25));
+    }
+  }
+}
+
+SourceObject random_hills(Random& random, double reach) {
+  constexpr int kN = 24;
+  std::array<double, (kN + 1) * (kN + 1)> heights;
+  for (double& height : heights) height = random.between(0, 0.8);
+  for (int hill = 0; hill < 6; ++hill) {
+    const double x = random.between(0, kN), y = random.between(0, kN);
+    const double high = random.between(0, 9), wide = random.between(2, 12);
+    for (int k = 0; k < std::ssize(heights); ++k) {
+      const double dx = k / (kN + 1) - x, dy = k % (kN + 1) - y;
+      heights[k] += high / (1 + (dx * dx + dy * dy) / wide);
+    }
+  }
+  SourceObject hills;
+  add_sheet(hills, kN, [&](int i, int j) {
+    const double step = 2 * reach / kN;
+    return Vec3{i * step - reach, j * step - reach, heights[i * (kN + 1) + j]};
+  });
+  return hills;
 }
 
 }  // namespace pvsfarm

@@ -22,6 +22,12 @@ SourceObject random_polygon(Random& random, double half_y, double half_z);
 SourceObject random_star(Random& random, double radius, double noise);
 // A closed prism over an L, outward oriented, inside [-s, s]^3.
 SourceObject l_prism(double s);
+// All sides of a box for fine_box, or with the probability `p` one less.
+int sides_but_perhaps_one(Random& random, double p);
+// Closed but for that, inside [-s, s]^3: with a hole, notched, crossing itself, or plain.
+SourceObject random_solid(Random& random, double s);
+// A sheet of hills over [-reach, reach]^2, at heights from 0, its front up.
+SourceObject random_hills(Random& random, double reach);
 // A wall in the plane x = 0, `columns` x `rows` squares of side `step`, with door and window
 // openings where `open(column, row)`.
 template <class Open>

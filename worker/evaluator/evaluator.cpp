@@ -1,6 +1,7 @@
 #include "worker/evaluator/evaluator.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include "common/base/check.hpp"
 #include "common/base/random.hpp"
@@ -126,6 +127,7 @@ struct Evaluator::State {
   VisibleSet nothing;
   std::unique_ptr<ProjectionProver> projection, fine, surfaces, bare_maps;
   std::unique_ptr<SliceCover> slices;
+  std::optional<CellFrame> slice_frame;  // of the cell that `slices` is prepared for
   std::unique_ptr<SweepProver> sweep;
   std::unique_ptr<Sampler> sampler;
   std::unique_ptr<ItemViews> views;
@@ -233,8 +235,11 @@ void Evaluator::State::slice(ProjectionProver& prover, int splits, const Cell& c
   if (evidence != nullptr && cascade.open().contains(evidence->object))
     evidence->method = Method::kSlices;
   cascade.begin(Method::kSlices);
-  const CellFrame frame(cell);
-  slices->begin(cell, frame, settings.near_m);
+  if (!slice_frame) {
+    slice_frame.emplace(cell);
+    slices->begin(cell, *slice_frame, settings.near_m);
+  }
+  const CellFrame& frame = *slice_frame;
   SliceWork work;
   double nominal_ms = 0;
   for (OcclusionMap& map : prover.maps()) {
@@ -313,6 +318,7 @@ CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const Visibl
   PVS_CHECK(evidence == nullptr || parent.contains(evidence->object));
   Cascade cascade(*s.scene, s.settings, parent, s.clock);
   s.rays_left = s.settings.max_rays;
+  s.slice_frame.reset();
   if (s.sampler) s.sampler->begin(cell, seed_of(key), s.settings.near_m);
   const bool aims = s.sampler && s.settings.methods.has(Method::kAimedRays);
 
