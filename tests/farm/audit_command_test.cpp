@@ -1,6 +1,7 @@
 // `pvsfarm audit` on a small city: what is right passes, what is planted or damaged is found.
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -53,6 +54,25 @@ class AuditCommand : public testing::Test {
     return process.out().empty() ? process.err() : process.out();
   }
 
+  // The report of an audit with as much time as `enough` of it takes: a machine may have other
+  // work.
+  static Json audited(std::vector<std::string> more, const std::string& store,
+                      const std::function<bool(const Json&)>& enough) {
+    more.insert(more.end(), {"--json", "--seconds", "3"});
+    Json report;
+    for (const char* seconds : {"3", "12", "48"}) {
+      more.back() = seconds;
+      Process process(audit_command(more, store), folder_ + "/log");
+      const int code = process.wait();
+      EXPECT_TRUE(code == 0 || code == 7) << process.err();
+      if (code != 0 && code != 7) break;
+      report = Json::parse(process.out());
+      EXPECT_EQ(code == 7, !report["violations"].empty());
+      if (enough(report)) break;
+    }
+    return report;
+  }
+
   // A copy that lacks, in one cell, the object of the certified ones that looks largest from there.
   struct Damage {
     std::uint32_t cell = 0;
@@ -100,7 +120,9 @@ std::string AuditCommand::folder_;
 }  // namespace
 
 TEST_F(AuditCommand, a_store_as_it_was_baked_passes) {
-  const Json report = Json::parse(run(audit_command({"--seconds", "3", "--json"}), 0));
+  const Json report = audited({}, "/city.pvs", [](const Json& so_far) {
+    return so_far["leaves_reached"] == so_far["leaves"] && so_far["passes"] >= 1;
+  });
   EXPECT_TRUE(report["violations"].empty());
   EXPECT_EQ(report["leaves_reached"], report["leaves"]);
   EXPECT_GE(report["passes"], 1);
@@ -111,8 +133,8 @@ TEST_F(AuditCommand, a_store_as_it_was_baked_passes) {
 }
 
 TEST_F(AuditCommand, every_planted_object_is_found_and_named) {
-  const Json report =
-      Json::parse(run(audit_command({"--seconds", "4", "--plant", "3", "--json"}), 7));
+  const Json report = audited({"--plant", "3"}, "/city.pvs",
+                              [](const Json& so_far) { return so_far["violations"].size() == 3; });
   ASSERT_EQ(report["planted"].size(), 3u);
   for (const Json& planted : report["planted"]) {
     EXPECT_TRUE(planted["found"]);
@@ -129,7 +151,7 @@ TEST_F(AuditCommand, every_planted_object_is_found_and_named) {
 TEST_F(AuditCommand, one_object_missing_from_one_cell_is_found) {
   const Damage damage = write_damaged("/damaged.pvs");
   const Json report =
-      Json::parse(run(audit_command({"--seconds", "3", "--json"}, "/damaged.pvs"), 7));
+      audited({}, "/damaged.pvs", [](const Json& so_far) { return !so_far["violations"].empty(); });
   ASSERT_EQ(report["violations"].size(), 1u);
   const Json& violation = report["violations"][0];
   EXPECT_EQ(violation["cell"], damage.cell);
@@ -142,7 +164,7 @@ TEST_F(AuditCommand, one_object_missing_from_one_cell_is_found) {
     EXPECT_LE(violation["eye"][static_cast<std::size_t>(a)], cell.hi[a] + 1e-6);
   }
   // For people, the same in a line.
-  const std::string text = run(audit_command({"--seconds", "2"}, "/damaged.pvs"), 7);
+  const std::string text = run(audit_command({"--seconds", "9"}, "/damaged.pvs"), 7);
   EXPECT_NE(text.find("VIOLATION: cell " + std::to_string(damage.cell) + " (root "),
             std::string::npos)
       << text;
