@@ -10,7 +10,8 @@
 namespace pvsfarm {
 namespace {
 
-constexpr Methods kProvers{Method::kProjection, Method::kFineProjection, Method::kSweep};
+constexpr Methods kProvers{Method::kProjection, Method::kFineProjection, Method::kSurfaces,
+                           Method::kImproved,   Method::kSlices,         Method::kSweep};
 
 TEST(ChartSeries, EveryPointIsWithinTheLimitsOfTheSettings) {
   std::set<std::string> names, colors;
