@@ -13,6 +13,7 @@
 #include "tests/bench/evaluation_speed.hpp"
 #include "tests/bench/farm_speed.hpp"
 #include "tests/bench/method_costs.hpp"
+#include "tests/bench/profile.hpp"
 #include "tests/bench/sampling.hpp"
 
 namespace pvsfarm::bench {
@@ -80,11 +81,8 @@ Status print_sampling(const Options& options) {
   return {};
 }
 
-// A row a method, and one for all; of a cell.
-Status print_methods(const Options& options) {
-  const auto scene = make_bench_scene(options.generator, options.size, options.cell_size_m);
-  if (!scene.ok()) return scene.error();
-  const std::vector<RootCell> cells = sample_cells(scene->cells, options.cells, options.seed);
+// The settings asked for, with the methods named if any are.
+Result<EvaluatorSettings> settings_of(const Options& options) {
   EvaluatorSettings settings = options.evaluator;
   if (!options.methods.empty()) settings.methods = {};
   for (const std::string& name : options.methods) {
@@ -92,7 +90,49 @@ Status print_methods(const Options& options) {
     if (!method) return invalid_input("no method is named " + name);
     settings.methods = Methods::from_bits(settings.methods.bits() | Methods{*method}.bits());
   }
-  const MethodCosts costs = measure_methods(scene->scene, cells, settings);
+  return settings;
+}
+
+// A row a step, a row for all, and what they are measured against.
+Status print_profile(const Options& options) {
+  const auto scene = make_bench_scene(options.generator, options.size, options.cell_size_m);
+  if (!scene.ok()) return scene.error();
+  const std::vector<RootCell> cells = sample_cells(scene->cells, options.cells, options.seed);
+  const auto settings = settings_of(options);
+  if (!settings.ok()) return settings.error();
+  const auto profile = measure_profile(scene->scene, cells, *settings);
+  if (!profile.ok()) return profile.error();
+  StageWork all;
+  double all_floor_ms = 0;
+  for (std::size_t s = 0; s < kStageCount; ++s) {
+    const StageWork& work = profile->stages[s];
+    const auto stage = static_cast<Stage>(s);
+    const double least_ms = floor_ms(stage, work, profile->machine);
+    all.cpu_ms += work.cpu_ms;
+    all.bytes += work.bytes;
+    all_floor_ms += least_ms;
+    std::printf("| %s | %.3f | %llu %s | %.2f | %.3f |\n", to_string(stage), work.cpu_ms,
+                static_cast<unsigned long long>(work.operations), operation_of(stage),
+                static_cast<double>(work.bytes) * 1e-6, least_ms);
+  }
+  std::printf("| all | %.3f | | %.2f | %.3f |\n", all.cpu_ms, static_cast<double>(all.bytes) * 1e-6,
+              all_floor_ms);
+  std::printf(
+      "\nNobody being told where it goes, a cell took %.2f ms. The machine at its best: "
+      "%.1f GB/s of map in the cache, %.2f operations of doubles a nanosecond.\n",
+      profile->cpu_ms, profile->machine.bytes_per_ms * 1e-6,
+      profile->machine.operations_per_ms * 1e-6);
+  return {};
+}
+
+// A row a method, and one for all; of a cell.
+Status print_methods(const Options& options) {
+  const auto scene = make_bench_scene(options.generator, options.size, options.cell_size_m);
+  if (!scene.ok()) return scene.error();
+  const std::vector<RootCell> cells = sample_cells(scene->cells, options.cells, options.seed);
+  const auto settings = settings_of(options);
+  if (!settings.ok()) return settings.error();
+  const MethodCosts costs = measure_methods(scene->scene, cells, *settings);
   const auto count = static_cast<double>(cells.size());
   for (int m = 0; m < kMethodCount; ++m) {
     const MethodStatistics& own = costs.methods[m];
@@ -105,11 +145,12 @@ Status print_methods(const Options& options) {
   }
   const auto pvs = static_cast<double>(costs.pvs_triangles);
   std::printf(
-      "| all: PVS %.0f, gap %.4f, culled %.2f %%; %.1f planes, %.0f pieces, %.0f tests | | | "
-      "| %.2f | |\n",
+      "| all: PVS %.0f, gap %.4f, culled %.2f %%; %.1f planes, %.0f pieces, %.0f tests; hidden "
+      "`%.12s`, seen `%.12s` | | | | %.2f | |\n",
       pvs / count, 1 - static_cast<double>(costs.seen_triangles) / pvs,
       100 - 100 * pvs / static_cast<double>(costs.all_triangles), costs.work.planes / count,
-      costs.work.projections / count, costs.work.box_tests / count, costs.cpu_ms / count);
+      costs.work.projections / count, costs.work.box_tests / count, costs.hidden.hex().c_str(),
+      costs.seen.hex().c_str(), costs.cpu_ms / count);
   return {};
 }
 
@@ -177,6 +218,12 @@ void add_scene_options(CLI::App& command, Options& options) {
   command.add_option("--resolution", options.evaluator.resolution_px, "pixels a side of a map");
 }
 
+void add_method_options(CLI::App& command, Options& options) {
+  command.add_option("--methods", options.methods, "instead of a bake's")->delimiter(',');
+  command.add_option("--gap", options.evaluator.gap, "that is asked for");
+  command.add_option("--planes", options.evaluator.planes_per_face, "a face of the cell");
+}
+
 }  // namespace
 }  // namespace pvsfarm::bench
 
@@ -200,10 +247,14 @@ int main(int argc, char** argv) {
   CLI::App* methods = app.add_subcommand(
       "methods", "method, triangles hidden and seen, work, ms, ms a unit of work, each a cell");
   add_scene_options(*methods, options);
-  methods->add_option("--methods", options.methods, "instead of a bake's")->delimiter(',');
-  methods->add_option("--gap", options.evaluator.gap, "that is asked for");
-  methods->add_option("--planes", options.evaluator.planes_per_face, "a face of the cell");
+  add_method_options(*methods, options);
   methods->callback([&] { run = print_methods; });
+
+  CLI::App* profile = app.add_subcommand(
+      "profile", "step, ms, operations, MB read and written in a row, floor in ms, each a cell");
+  add_scene_options(*profile, options);
+  add_method_options(*profile, options);
+  profile->callback([&] { run = print_profile; });
 
   CLI::App* sampling = app.add_subcommand(
       "sampler", "rays, checks, % of objects and of triangles found, objects beyond, ms a cell");

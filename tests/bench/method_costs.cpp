@@ -23,6 +23,7 @@ MethodCosts measure_methods(const std::shared_ptr<const Scene>& scene,
                             std::span<const RootCell> cells, const EvaluatorSettings& settings) {
   const VisibleSet parent = all_occludees(*scene);
   MethodCosts costs;
+  DigestBuilder hidden, seen;
   Evaluator evaluator(scene, settings, process_cpu_ms);
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const CellKey key{static_cast<std::uint32_t>(i), 1};
@@ -39,12 +40,16 @@ MethodCosts measure_methods(const std::shared_ptr<const Scene>& scene,
     costs.work.planes += delta.statistics.planes;
     costs.work.projections += delta.statistics.projections;
     costs.work.box_tests += delta.statistics.box_tests;
+    hidden.add(std::as_bytes(delta.hidden.words()));
+    seen.add(std::as_bytes(delta.seen.words()));
     VisibleSet visible = parent;
     visible.remove_all(delta.hidden);
     costs.pvs_triangles += triangles_in(*scene, visible);
     costs.seen_triangles += triangles_in(*scene, delta.seen);
     costs.all_triangles += triangles_in(*scene, parent);
   }
+  costs.hidden = hidden.finish();
+  costs.seen = seen.finish();
   return costs;
 }
 

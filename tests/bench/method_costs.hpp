@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 
+#include "common/base/digest.hpp"
 #include "common/pvs/delta.hpp"
 #include "common/pvs/settings.hpp"
 #include "tests/bench/bench_scene.hpp"
@@ -16,6 +17,7 @@ struct MethodCosts {
   CellStatistics work;           // likewise; its own `methods` are not used
   std::uint64_t pvs_triangles = 0, seen_triangles = 0, all_triangles = 0;
   double cpu_ms = 0;
+  Digest hidden, seen;  // of all the cells' sets
 };
 
 // Evaluates every cell twice against all occludees; of the times the smaller counts, method by

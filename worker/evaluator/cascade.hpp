@@ -7,11 +7,9 @@
 #include "common/pvs/delta.hpp"
 #include "common/pvs/settings.hpp"
 #include "common/scene/scene.hpp"
+#include "worker/visibility/stages.hpp"
 
 namespace pvsfarm {
-
-// Tells processor time in milliseconds, for statistics; no decision depends on it.
-using CpuClock = double (*)();
 
 // Nominal prices, in milliseconds of one core of the machine they were measured on (bench_accuracy
 // methods). They only say when a cell's time is over: the same on every machine.

@@ -35,13 +35,9 @@ ProjectionEffort effort_of(const EvaluatorSettings& s) {
           .planes_per_face = s.planes_per_face,
           .extent = s.extent,
           .near_m = s.near_m,
-          .splits = kSplits};
-}
-
-ProjectionEffort finer(ProjectionEffort effort) {
-  effort.aimed_planes = static_cast<std::size_t>(kAimedFactor) * effort.planes_per_face;
-  effort.splits = kFineSplits;
-  return effort;
+          .splits = s.methods.has(Method::kProjection) ? kSplits : kFineSplits,
+          .refined_splits = kFineSplits,
+          .aimed_planes = static_cast<std::size_t>(kAimedFactor) * s.planes_per_face};
 }
 
 // Surfaces have no seams to lose pixels at: coarser maps and the first planes do, and cost a
@@ -84,16 +80,14 @@ struct Evaluator::State {
   State(std::shared_ptr<const Scene> the_scene, const EvaluatorSettings& the_settings,
         CpuClock the_clock)
       : scene(std::move(the_scene)), settings(the_settings), clock(the_clock), ranking(*scene) {
-    if (settings.methods.has(Method::kProjection))
+    if (settings.methods.has(Method::kProjection) || settings.methods.has(Method::kFineProjection))
       projection = std::make_unique<ProjectionProver>(*scene, ranking, effort_of(settings));
-    if (settings.methods.has(Method::kFineProjection))
-      fine = std::make_unique<ProjectionProver>(*scene, ranking, finer(effort_of(settings)));
     if (settings.methods.has(Method::kSurfaces))
       surfaces =
           std::make_unique<ProjectionProver>(*scene, ranking, with_surfaces(effort_of(settings)));
     if (settings.methods.has(Method::kSlices)) {
       slices = std::make_unique<SliceCover>(*scene);
-      if (!projection)
+      if (!settings.methods.has(Method::kProjection))
         bare_maps = std::make_unique<ProjectionProver>(*scene, ranking, bare(effort_of(settings)));
     }
     if (settings.methods.has(Method::kSweep))
@@ -109,12 +103,11 @@ struct Evaluator::State {
   void view(const CellKey& key, const Cell& cell, Cascade& cascade);
   bool aim(Cascade& cascade, std::uint64_t rays_an_object);
   void prove(ProjectionProver& prover, Method method, const Cell& cell, Cascade& cascade,
-             Evidence* evidence, const std::vector<ProjectionPlane>* aimed_beside = nullptr);
+             Evidence* evidence, bool goes_on = false);
   void escalate(const Cell& cell, Cascade& cascade, Evidence* evidence);
   void slice(ProjectionProver& prover, int splits, const Cell& cell, Cascade& cascade,
              Evidence* evidence);
-  void improve(const ProjectionProver& prover, int splits, const Cell& cell, Cascade& cascade,
-               Evidence* evidence);
+  void improve(int splits, const Cell& cell, Cascade& cascade, Evidence* evidence);
   void prove_by_sweep(const Cell& cell, Cascade& cascade, Evidence* evidence);
   HintBytes hints_of(const CellDelta& delta, const Cell& cell, const VisibleSet& parent);
   void note_witness(Evidence& evidence) const;
@@ -125,7 +118,7 @@ struct Evaluator::State {
   CpuClock clock;
   OccluderRanking ranking;
   VisibleSet nothing;
-  std::unique_ptr<ProjectionProver> projection, fine, surfaces, bare_maps;
+  std::unique_ptr<ProjectionProver> projection, surfaces, bare_maps;
   std::unique_ptr<SliceCover> slices;
   std::optional<CellFrame> slice_frame;  // of the cell that `slices` is prepared for
   std::unique_ptr<SweepProver> sweep;
@@ -134,6 +127,7 @@ struct Evaluator::State {
   std::unique_ptr<HintViews> hints;
   std::unique_ptr<Sampler> hint_sampler;  // where there is no other
   std::uint64_t rays_left = 0;
+  Stages* stages = nullptr;
 };
 
 void Evaluator::State::look_around(Cascade& cascade) {
@@ -178,14 +172,13 @@ bool Evaluator::State::aim(Cascade& cascade, std::uint64_t rays_an_object) {
 }
 
 void Evaluator::State::prove(ProjectionProver& prover, Method method, const Cell& cell,
-                             Cascade& cascade, Evidence* evidence,
-                             const std::vector<ProjectionPlane>* aimed_beside) {
+                             Cascade& cascade, Evidence* evidence, bool goes_on) {
   if (evidence != nullptr && cascade.open().contains(evidence->object)) evidence->method = method;
   CellStatistics& statistics = cascade.statistics();
   const CellStatistics before = statistics;
   cascade.begin(method);
-  if (aimed_beside != nullptr)
-    prover.run_aimed(cell, *aimed_beside, cascade.visible(), cascade.open(), statistics, evidence);
+  if (goes_on)
+    prover.refine(cell, cascade.visible(), cascade.open(), statistics, evidence);
   else
     prover.run(cell, cascade.visible(), cascade.open(), statistics, evidence);
   const std::uint32_t projections = statistics.projections - before.projections;
@@ -212,18 +205,14 @@ void Evaluator::State::prove_by_sweep(const Cell& cell, Cascade& cascade, Eviden
 
 // Planes aimed at what is open, a few at a time, while they settle enough.
 void Evaluator::State::escalate(const Cell& cell, Cascade& cascade, Evidence* evidence) {
-  std::vector<ProjectionPlane> used;
-  const auto note_planes = [&](const ProjectionProver& prover) {
-    for (const OcclusionMap& map : prover.maps()) used.push_back(map.plane());
-  };
-  if (!projection) prove(*fine, Method::kFineProjection, cell, cascade, evidence);
-  note_planes(projection ? *projection : *fine);
+  constexpr Method kFine = Method::kFineProjection;
+  if (!settings.methods.has(Method::kProjection))
+    prove(*projection, kFine, cell, cascade, evidence);
   for (int round = 0; round < kMostRounds && cascade.goes_on(); ++round) {
     const std::uint64_t before = cascade.visible_triangles() - cascade.seen_triangles();
-    prove(*fine, Method::kFineProjection, cell, cascade, evidence, &used);
-    if (slices && cascade.goes_on()) slice(*fine, kFineSplits, cell, cascade, evidence);
+    prove(*projection, kFine, cell, cascade, evidence, true);
+    if (slices && cascade.goes_on()) slice(*projection, kFineSplits, cell, cascade, evidence);
     const std::uint64_t left = cascade.visible_triangles() - cascade.seen_triangles();
-    note_planes(*fine);
     if (static_cast<double>(before - left) < kLeastSettled * static_cast<double>(before)) break;
   }
 }
@@ -266,17 +255,20 @@ void Evaluator::State::slice(ProjectionProver& prover, int splits, const Cell& c
 
 // On the maps of the prover's last run. Not on maps with surfaces: their pixels carry ray
 // certificates only.
-void Evaluator::State::improve(const ProjectionProver& prover, int splits, const Cell& cell,
-                               Cascade& cascade, Evidence* evidence) {
-  if (prover.maps().empty()) return;
+void Evaluator::State::improve(int splits, const Cell& cell, Cascade& cascade, Evidence* evidence) {
+  if (projection->maps().empty()) return;
   if (evidence != nullptr && cascade.open().contains(evidence->object))
     evidence->method = Method::kImproved;
   cascade.begin(Method::kImproved);
   const CellFrame frame(cell);
-  HierarchyTest test(*scene, frame, prover.maps(), BoxRule::kImproved);
+  HierarchyTest test(*scene, frame, projection->maps(), BoxRule::kImproved);
   test.watch(evidence);
   VisibleSet hidden = cascade.open();
-  test.run(cascade.open(), splits);
+  {
+    StageScope stage(stages, Stage::kTest);
+    test.run(cascade.open(), splits);
+    stage.did(test.box_tests());
+  }
   hidden.remove_all(cascade.open());
   cascade.visible().remove_all(hidden);
   cascade.statistics().box_tests += test.box_tests();
@@ -328,12 +320,12 @@ CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const Visibl
 
   // 2. The cheapest prover on what is open, and witnesses for what it leaves.
   const bool improves = s.settings.methods.has(Method::kImproved);
-  if (s.projection && cascade.goes_on()) {
+  if (s.settings.methods.has(Method::kProjection) && cascade.goes_on()) {
     s.prove(*s.projection, Method::kProjection, cell, cascade, evidence);
     if (s.slices && cascade.goes_on()) s.slice(*s.projection, kSplits, cell, cascade, evidence);
     if (s.views) s.view(key, cell, cascade);
     if (aims) s.aim(cascade, kFirstRays);
-    if (improves && cascade.goes_on()) s.improve(*s.projection, kSplits, cell, cascade, evidence);
+    if (improves && cascade.goes_on()) s.improve(kSplits, cell, cascade, evidence);
   }
 
   if (s.bare_maps && cascade.goes_on()) {
@@ -342,9 +334,9 @@ CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const Visibl
   }
 
   // 3. Escalation, while the gap is too large.
-  if (s.fine && cascade.goes_on()) {
+  if (s.settings.methods.has(Method::kFineProjection) && cascade.goes_on()) {
     s.escalate(cell, cascade, evidence);
-    if (improves && cascade.goes_on()) s.improve(*s.fine, kFineSplits, cell, cascade, evidence);
+    if (improves && cascade.goes_on()) s.improve(kFineSplits, cell, cascade, evidence);
   }
   if (s.surfaces && cascade.goes_on())
     s.prove(*s.surfaces, Method::kSurfaces, cell, cascade, evidence);
@@ -363,6 +355,12 @@ CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const Visibl
   if (s.hints) delta.hints = s.hints_of(delta, cell, parent);
   if (evidence != nullptr && delta.seen.contains(evidence->object)) s.note_witness(*evidence);
   return delta;
+}
+
+void Evaluator::profile(Stages* stages) {
+  state_->stages = stages;
+  if (state_->projection) state_->projection->profile(stages);
+  if (state_->sampler) state_->sampler->profile(stages);
 }
 
 std::span<const Witness> Evaluator::witnesses() const {

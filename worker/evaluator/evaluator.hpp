@@ -38,6 +38,8 @@ class Evaluator {
   // `evidence`, if any, is told what settled its object, which must be in `parent`.
   CellDelta evaluate(const CellKey& key, const Cell& cell, const VisibleSet& parent,
                      Evidence* evidence = nullptr);
+  // From now on `stages`, which outlives the evaluator, is told where time goes; null: nobody is.
+  void profile(Stages* stages);
   // Of the last evaluation, one for each object of its seen set, perhaps more. Valid until the
   // next.
   std::span<const Witness> witnesses() const;

@@ -12,20 +12,31 @@ std::uint32_t count_in(const VisibleSet& open, const BvhNode& node) {
 
 }  // namespace
 
+// The rule on one map.
+PlaneAnswer HierarchyTest::ask(std::size_t map, const Box& local_box) {
+  ++box_tests_;
+  const Group& group = groups_[group_of_[map]];
+  if (!placed_.test(group_of_[map])) {
+    placed_.set(group_of_[map]);
+    groups_[group_of_[map]].planes.place(local_box);
+  }
+  const PlaneAnswer answer = group.planes.answer(map - group.first);
+  improved_.reset();
+  if (answer == PlaneAnswer::kUnknown && rule_ == BoxRule::kImproved)
+    improved_ = improved_test(maps_[map], local_box);
+  return improved_ ? PlaneAnswer::kHidden : answer;
+}
+
 // The rule on every map that is not yet known to be futile; `useful` loses those found futile.
+// What hid the box before this one, its neighbour, often hides this one too: it is asked first.
 bool HierarchyTest::hidden(const Box& local_box, MapMask& useful) {
-  std::size_t group = 0, first = 0;
-  bool placed = false;
+  placed_.reset();
+  const std::size_t likely = hidden_by_;
+  if (useful.test(likely) && ask(likely, local_box) == PlaneAnswer::kHidden) return true;
   for (std::size_t m = useful._Find_first(); m < maps_.size(); m = useful._Find_next(m)) {
-    ++box_tests_;
-    for (; m >= ends_[group]; placed = false) first = ends_[group++];
-    if (!placed) groups_[group].place(local_box);
-    placed = true;
-    const PlaneAnswer answer = groups_[group].answer(m - first);
-    improved_.reset();
-    if (answer == PlaneAnswer::kUnknown && rule_ == BoxRule::kImproved)
-      improved_ = improved_test(maps_[m], local_box);
-    if (answer == PlaneAnswer::kHidden || improved_) {
+    if (m == likely) continue;
+    const PlaneAnswer answer = ask(m, local_box);
+    if (answer == PlaneAnswer::kHidden) {
       hidden_by_ = m;
       return true;
     }
@@ -104,9 +115,12 @@ void HierarchyTest::run(VisibleSet& open, int splits) {
   MapMask all;
   for (std::size_t m = 0; m < maps_.size(); ++m) all.set(m);
   groups_.clear();
-  ends_.clear();
-  for (std::size_t m = 0; m < maps_.size(); ends_.push_back(m))
-    m += groups_.emplace_back().set(maps_.subspan(m));
+  group_of_.clear();
+  for (std::size_t m = 0; m < maps_.size(); m = group_of_.size()) {
+    const std::size_t count = groups_.emplace_back(Group{.first = m}).planes.set(maps_.subspan(m));
+    group_of_.resize(m + count, groups_.size() - 1);
+  }
+  hidden_by_ = 0;
   visit(0, all, open);
 }
 

@@ -40,6 +40,12 @@ class HierarchyTest {
   std::uint32_t box_tests() const { return box_tests_; }
 
  private:
+  // Maps of one face.
+  struct Group {
+    BoxOnPlanes planes;
+    std::size_t first = 0;  // into maps_
+  };
+  PlaneAnswer ask(std::size_t map, const Box& local_box);
   bool hidden(const Box& local_box, MapMask& useful);
   bool hidden_by_parts(const Box& local_box, MapMask useful, int splits_left);
   Box local_box_of(ObjectId id) const;
@@ -49,8 +55,9 @@ class HierarchyTest {
   const CellFrame& frame_;
   std::span<const OcclusionMap> maps_;
   BoxRule rule_;
-  std::vector<BoxOnPlanes> groups_;  // the maps, face by face
-  std::vector<std::size_t> ends_;    // of the groups, into maps_
+  std::vector<Group> groups_;
+  std::vector<std::size_t> group_of_;  // by map
+  MapMask placed_;                     // groups that have placed the box being tested
   Evidence* watched_ = nullptr;
   bool noting_ = false;                // the box being tested is of the watched object
   std::size_t hidden_by_ = 0;          // the map of the last box found hidden,

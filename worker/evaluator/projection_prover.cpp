@@ -13,6 +13,7 @@ namespace {
 constexpr double kLeastPixels = 2;            // an occluder's solid angle, in pixels
 constexpr std::size_t kFirstOccluders = 320;  // projected before anything is tested
 constexpr std::size_t kMostOccluders = 4096;  // projected in all
+constexpr std::size_t kBatch = 32;            // projected before any of them is drawn
 
 }  // namespace
 
@@ -27,29 +28,65 @@ ProjectionProver::ProjectionProver(const Scene& scene, const OccluderRanking& ra
     rasteriser_ = std::make_unique<DirectRaster>();
 }
 
-// Projects occluders [from, end) of the local list on all maps.
+void ProjectionProver::find_wanted(const CellFrame& frame, const VisibleSet& open) {
+  StageScope stage(stages_, Stage::kWanted);
+  wanted_.find(scene_, frame, open, planes_);
+  stage.did(open.count() * map_count_);
+}
+
+// Projects occluders [from, end) of the local list on all maps, which are emptied first if these
+// are the first of all. A map is done with before the next: it stays in the cache.
 void ProjectionProver::project_from(const CellFrame& frame, std::size_t from,
-                                    CellStatistics& statistics) {
-  std::array<Piece, 2> pieces;
+                                    const WantedTiles* wanted, CellStatistics& statistics) {
   for (std::size_t m = 0; m < map_count_; ++m) {
     OcclusionMap& map = maps_[m];
-    coverages_.clear();
-    const OcclusionMap* const drawn = from > 0 ? &map : nullptr;
-    if (!effort_.pieces) {
-      map.build_pyramids();
-      continue;
+    const std::size_t side = planes_[m].resolution_px;
+    if (from == 0) {
+      StageScope stage(stages_, Stage::kReset);
+      map.reset(planes_[m]);
+      stage.did(1, side * side * sizeof(float));
     }
-    for (const std::uint32_t i : screen_.pass(map.plane(), effort_.near_m, from)) {
-      const LocalOccluder& occluder = occluders_.list[i];
-      const int count = make_pieces(occluders_, occluder, map.plane(), effort_.near_m, pieces);
-      for (int p = 0; p < count; ++p)
-        statistics.projections +=
-            project(pieces[p], map.plane(), frame.offset_scale(), coverages_, drawn) ? 1 : 0;
-    }
-    if (coverages_.coverages.empty() && from > 0) continue;
-    rasteriser_->draw(coverages_, map);
+    if (wanted != nullptr) wanted->restrict(m, map);
+    if (!draw_from(frame, from, map, statistics) && from > 0 && wanted == nullptr) continue;
+    StageScope stage(stages_, Stage::kPyramids);
     map.build_pyramids();
+    stage.did(1, 2 * side * side * sizeof(float));
   }
+}
+
+// A batch at a time, so that what the largest cover is not drawn again. Returns whether anything
+// was drawn.
+bool ProjectionProver::draw_from(const CellFrame& frame, std::size_t from, OcclusionMap& map,
+                                 CellStatistics& statistics) {
+  if (!effort_.pieces) return false;
+  StageScope screen(stages_, Stage::kScreen);
+  const std::span<const std::uint32_t> passed = screen_.pass(map.plane(), effort_.near_m, from);
+  screen.did(screen_.size() - from);
+  const std::size_t batch = effort_.raster == RasterKind::kDirect ? kBatch : passed.size();
+  bool drawn = false;
+  for (std::size_t first = 0; first < passed.size(); first += batch) {
+    coverages_.clear();
+    {
+      StageScope stage(stages_, Stage::kProject);
+      std::array<Piece, 2> pieces;
+      for (const std::uint32_t i : passed.subspan(first, std::min(batch, passed.size() - first))) {
+        const int count =
+            make_pieces(occluders_, occluders_.list[i], map.plane(), effort_.near_m, pieces);
+        for (int p = 0; p < count; ++p)
+          project(pieces[p], map.plane(), frame.offset_scale(), coverages_, &map);
+      }
+      stage.did(coverages_.coverages.size());
+    }
+    if (coverages_.coverages.empty()) continue;
+    StageScope stage(stages_, Stage::kDraw);
+    const std::uint64_t before = rasteriser_->rows_written();
+    rasteriser_->draw(coverages_, map);
+    const std::uint64_t rows = rasteriser_->rows_written() - before;
+    stage.did(rows, 2 * rows * kTilePx * sizeof(float));
+    statistics.projections += static_cast<std::uint32_t>(coverages_.coverages.size());
+    drawn = true;
+  }
+  return drawn;
 }
 
 // Surfaces need no ranking: what is not met in a square of a map costs nothing there.
@@ -85,11 +122,24 @@ void ProjectionProver::add_occluders(const CellFrame& frame, double ground_depth
   }
 }
 
-void ProjectionProver::begin_maps(std::span<const ProjectionPlane> planes,
-                                  CellStatistics& statistics) {
-  map_count_ = planes.size();
+// The occluders of the local list that are hidden by now hide nothing that others do not.
+void ProjectionProver::drop_hidden(const VisibleSet& visible, CellStatistics& statistics) {
+  StageScope stage(stages_, Stage::kOccluders);
+  const std::size_t gone = std::erase_if(occluders_.list, [&](const LocalOccluder& occluder) {
+    return !owner_in(scene_, *occluder.source, visible);
+  });
+  if (gone == 0) return;
+  statistics.occluders_skipped += static_cast<std::uint32_t>(gone);
+  screen_.clear();
+  for (const LocalOccluder& occluder : occluders_.list) screen_.add(occluder.box);
+}
+
+// Takes a map for each; it is emptied when it is drawn, so that it stays in the cache meanwhile.
+void ProjectionProver::begin_maps(std::vector<ProjectionPlane> planes, CellStatistics& statistics) {
+  planes_ = std::move(planes);
+  tried_.insert(tried_.end(), planes_.begin(), planes_.end());
+  map_count_ = planes_.size();
   if (maps_.size() < map_count_) maps_.resize(map_count_);
-  for (std::size_t m = 0; m < map_count_; ++m) maps_[m].reset(planes[m]);
   statistics.planes += static_cast<std::uint32_t>(map_count_);
 }
 
@@ -103,12 +153,22 @@ double ProjectionProver::ground_depth(const CellFrame& frame, const Cell& cell) 
 
 void ProjectionProver::rank(const CellFrame& frame, const VisibleSet& visible,
                             CellStatistics& statistics) {
+  StageScope stage(stages_, Stage::kOccluders);
   const double pixel = 2 * effort_.extent / effort_.resolution_px;
-  ranking_.rank(frame, visible, kLeastPixels * pixel * pixel, kFirstOccluders, ranked_);
+  ranking_.rank(frame, visible, kLeastPixels * pixel * pixel, ranked_);
+  stage.did(scene_.occluders().size(), ranking_.bytes());
   statistics.occluder_candidates += static_cast<std::uint32_t>(ranked_.size());
   occluders_.list.clear();
   occluders_.points.clear();
   screen_.clear();
+  tried_.clear();
+}
+
+void ProjectionProver::test(HierarchyTest& test, VisibleSet& open, int splits) const {
+  StageScope stage(stages_, Stage::kTest);
+  const std::uint32_t before = test.box_tests();
+  test.run(open, splits);
+  stage.did(test.box_tests() - before);
 }
 
 void ProjectionProver::run(const Cell& cell, VisibleSet& visible, VisibleSet& open,
@@ -122,19 +182,23 @@ void ProjectionProver::run(const Cell& cell, VisibleSet& visible, VisibleSet& op
   add_occluders(frame, depth, visible, 0, first, statistics);
 
   // 2. Planes, and an empty map for each.
-  const auto planes = choose_planes(frame, occluders_,
-                                    {.planes_per_face = effort_.planes_per_face,
-                                     .extent = effort_.extent,
-                                     .resolution_px = effort_.resolution_px,
-                                     .occludees = extent_of(scene_, frame, open)});
-  begin_maps(planes, statistics);
+  {
+    StageScope stage(stages_, Stage::kPlanes);
+    begin_maps(choose_planes(frame, occluders_,
+                             {.planes_per_face = effort_.planes_per_face,
+                              .extent = effort_.extent,
+                              .resolution_px = effort_.resolution_px,
+                              .occludees = extent_of(scene_, frame, open)}),
+               statistics);
+    stage.did(map_count_);
+  }
 
   // 3. The largest occluders against all objects.
   VisibleSet hidden = open;
   HierarchyTest test(scene_, frame, maps());
   test.watch(evidence);
-  project_from(frame, 0, statistics);
-  test.run(open, 0);
+  project_from(frame, 0, nullptr, statistics);
+  this->test(test, open, 0);
   note(hidden, evidence);
   hidden.remove_all(open);
   visible.remove_all(hidden);
@@ -143,11 +207,12 @@ void ProjectionProver::run(const Cell& cell, VisibleSet& visible, VisibleSet& op
   hidden = open;
   const std::size_t drawn = occluders_.list.size();
   add_occluders(frame, depth, visible, first, ranked_.size(), statistics);
-  project_from(frame, drawn, statistics);
-  test.run(open, effort_.splits);
+  find_wanted(frame, open);
+  project_from(frame, drawn, &wanted_, statistics);
+  this->test(test, open, effort_.splits);
   if (effort_.surfaces) {
     draw_surfaces(cell, frame, open, statistics);
-    test.run(open, effort_.splits);
+    this->test(test, open, effort_.splits);
   }
   note(hidden, evidence);
   statistics.box_tests += test.box_tests();
@@ -155,27 +220,27 @@ void ProjectionProver::run(const Cell& cell, VisibleSet& visible, VisibleSet& op
   visible.remove_all(hidden);
 }
 
-void ProjectionProver::run_aimed(const Cell& cell, std::span<const ProjectionPlane> before,
-                                 VisibleSet& visible, VisibleSet& open, CellStatistics& statistics,
-                                 Evidence* evidence) {
+void ProjectionProver::refine(const Cell& cell, VisibleSet& visible, VisibleSet& open,
+                              CellStatistics& statistics, Evidence* evidence) {
   const CellFrame frame(cell);
-  const double depth = ground_depth(frame, cell);
-  rank(frame, visible, statistics);
-  const std::size_t first = std::min(ranked_.size(), kFirstOccluders);
-  add_occluders(frame, depth, visible, 0, first, statistics);
-  add_occluders(frame, depth, visible, first, ranked_.size(), statistics);
-  const auto planes = aim_planes(scene_, frame, occluders_, open,
-                                 {.planes = std::min<std::size_t>(effort_.aimed_planes, kMaxMaps),
-                                  .extent = effort_.extent,
-                                  .resolution_px = effort_.resolution_px,
-                                  .before = before});
-  begin_maps(planes, statistics);
-  if (planes.empty()) return;
+  drop_hidden(visible, statistics);
+  {
+    StageScope stage(stages_, Stage::kPlanes);
+    begin_maps(aim_planes(scene_, frame, occluders_, open,
+                          {.planes = std::min<std::size_t>(effort_.aimed_planes, kMaxMaps),
+                           .extent = effort_.extent,
+                           .resolution_px = effort_.resolution_px,
+                           .before = tried_}),
+               statistics);
+    stage.did(map_count_);
+  }
+  if (planes_.empty()) return;
   VisibleSet hidden = open;
   HierarchyTest test(scene_, frame, maps());
   test.watch(evidence);
-  project_from(frame, 0, statistics);
-  test.run(open, effort_.splits);
+  find_wanted(frame, open);
+  project_from(frame, 0, &wanted_, statistics);
+  this->test(test, open, effort_.refined_splits);
   note(hidden, evidence);
   statistics.box_tests += test.box_tests();
   hidden.remove_all(open);

@@ -10,9 +10,11 @@
 #include "common/pvs/delta.hpp"
 #include "common/pvs/settings.hpp"
 #include "worker/evaluator/occludee_hierarchy.hpp"
+#include "worker/evaluator/wanted_tiles.hpp"
 #include "worker/visibility/occluder_ranking.hpp"
 #include "worker/visibility/occluder_screen.hpp"
 #include "worker/visibility/rasteriser.hpp"
+#include "worker/visibility/stages.hpp"
 #include "worker/visibility/surface_chain.hpp"
 #include "worker/visibility/surface_cover.hpp"
 
@@ -26,9 +28,10 @@ struct ProjectionEffort {
   double extent = 1.1;
   double near_m = 0;
   int splits = 3;                 // Rule S: an occludee's box is halved so often in a row
+  int refined_splits = 6;         // the same, of a refinement
   bool pieces = true;             // convex pieces occlude
   bool surfaces = false;          // whole surfaces occlude too, beside the convex pieces
-  std::size_t aimed_planes = 12;  // of a run that aims, over all faces
+  std::size_t aimed_planes = 12;  // of a refinement, over all faces
 };
 
 // Threads: one object, one thread.
@@ -45,12 +48,16 @@ class ProjectionProver {
   // `evidence`, if any, is filled in where its object is in `open`, but for the method.
   void run(const Cell& cell, VisibleSet& visible, VisibleSet& open, CellStatistics& statistics,
            Evidence* evidence = nullptr);
-  // The same on planes that are aimed at what is open; `before` were tried already. May find no
+  // Goes on where `run` or the last refinement for this cell ended, with the same sets since: the
+  // occluders that are not hidden by now, on planes that are aimed at what is open. May find no
   // plane worth while, and then does nothing.
-  void run_aimed(const Cell& cell, std::span<const ProjectionPlane> before, VisibleSet& visible,
-                 VisibleSet& open, CellStatistics& statistics, Evidence* evidence = nullptr);
+  void refine(const Cell& cell, VisibleSet& visible, VisibleSet& open, CellStatistics& statistics,
+              Evidence* evidence = nullptr);
 
-  // The maps of the last run, as they were at its end.
+  // From now on `stages` is told where time goes; null: nobody is.
+  void profile(Stages* stages) { stages_ = stages; }
+
+  // The maps of the last run or refinement, as they were at its end.
   std::span<const OcclusionMap> maps() const { return std::span(maps_).first(map_count_); }
   // To be drawn on by others, in pixels that keep the promise of the map.
   std::span<OcclusionMap> maps() { return std::span(maps_).first(map_count_); }
@@ -58,17 +65,24 @@ class ProjectionProver {
  private:
   double ground_depth(const CellFrame& frame, const Cell& cell) const;
   void rank(const CellFrame& frame, const VisibleSet& visible, CellStatistics& statistics);
+  void test(HierarchyTest& test, VisibleSet& open, int splits) const;
   void note(const VisibleSet& tested, Evidence* evidence) const;
   void add_occluders(const CellFrame& frame, double ground_depth, const VisibleSet& visible,
                      std::size_t from, std::size_t end, CellStatistics& statistics);
-  void begin_maps(std::span<const ProjectionPlane> planes, CellStatistics& statistics);
-  void project_from(const CellFrame& frame, std::size_t from, CellStatistics& statistics);
+  void drop_hidden(const VisibleSet& visible, CellStatistics& statistics);
+  void begin_maps(std::vector<ProjectionPlane> planes, CellStatistics& statistics);
+  bool draw_from(const CellFrame& frame, std::size_t from, OcclusionMap& map,
+                 CellStatistics& statistics);
+  void find_wanted(const CellFrame& frame, const VisibleSet& open);
+  void project_from(const CellFrame& frame, std::size_t from, const WantedTiles* wanted,
+                    CellStatistics& statistics);
   void draw_surfaces(const Cell& cell, const CellFrame& frame, const VisibleSet& open,
                      CellStatistics& statistics);
 
   const Scene& scene_;
   const OccluderRanking& ranking_;
   ProjectionEffort effort_;
+  Stages* stages_ = nullptr;
   std::unique_ptr<Rasteriser> rasteriser_;
   // Kept from cell to cell so that nothing is allocated once warm.
   std::vector<RankedOccluder> ranked_;
@@ -76,6 +90,9 @@ class ProjectionProver {
   OccluderScreen screen_;  // of occluders_
   std::vector<OcclusionMap> maps_;
   std::size_t map_count_ = 0;
+  std::vector<ProjectionPlane> planes_;  // of the maps
+  std::vector<ProjectionPlane> tried_;   // of all maps of this cell
+  WantedTiles wanted_;
   CoverageList coverages_;
   SurfaceChainBuilder chain_builder_;
   SurfaceChain chain_;

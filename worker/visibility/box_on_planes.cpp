@@ -77,19 +77,18 @@ void place_box(const BoxOnPlanes::Columns& c, int lanes, const FaceBox& box,
 
 }  // namespace
 
-std::size_t BoxOnPlanes::set(std::span<const OcclusionMap> maps) {
-  std::size_t count = 0;
+template <class PlaneOf>
+std::size_t BoxOnPlanes::set_columns(std::size_t most, PlaneOf&& plane_of) {
+  first_ = plane_of(0);
   const auto same_face = [&](const ProjectionPlane& plane) {
-    const ProjectionPlane& first = maps[0].plane();
-    return plane.face.axis == first.face.axis && plane.face.sign == first.face.sign &&
-           plane.hu == first.hu && plane.hv == first.hv && plane.hw == first.hw;
+    return plane.face.axis == first_.face.axis && plane.face.sign == first_.face.sign &&
+           plane.hu == first_.hu && plane.hv == first_.hv && plane.hw == first_.hw;
   };
-  while (count < maps.size() && count < kMaxPlanesAtOnce && same_face(maps[count].plane())) ++count;
-  maps_ = maps.first(count);
+  std::size_t count = 0;
+  while (count < most && count < kMaxPlanesAtOnce && same_face(plane_of(count))) ++count;
   lanes_ = (static_cast<int>(count) + kLanes - 1) / kLanes * kLanes;
   for (int k = 0; k < lanes_; ++k) {
-    const OcclusionMap& map = maps[std::min<std::size_t>(k, count - 1)];
-    const ProjectionPlane& plane = map.plane();
+    const ProjectionPlane& plane = plane_of(std::min<std::size_t>(k, count - 1));
     columns_.distance[k] = plane.distance;
     columns_.back[k] = plane.distance + 2 * plane.hw;
     columns_.x0[k] = plane.x0;
@@ -99,13 +98,28 @@ std::size_t BoxOnPlanes::set(std::span<const OcclusionMap> maps) {
     columns_.per_px[k] = 1 / plane.px;
     columns_.per_py[k] = 1 / plane.py;
     columns_.side[k] = plane.resolution_px;
-    columns_.lowest[k] = map.lowest();
+    columns_.lowest[k] = -kUncovered;
   }
   return count;
 }
 
+std::size_t BoxOnPlanes::set(std::span<const OcclusionMap> maps) {
+  const std::size_t count = set_columns(
+      maps.size(), [&](std::size_t k) -> const ProjectionPlane& { return maps[k].plane(); });
+  maps_ = maps.first(count);
+  for (int k = 0; k < lanes_; ++k)
+    columns_.lowest[k] = maps[std::min<std::size_t>(k, count - 1)].lowest();
+  return count;
+}
+
+std::size_t BoxOnPlanes::set(std::span<const ProjectionPlane> planes) {
+  maps_ = {};
+  return set_columns(planes.size(),
+                     [&](std::size_t k) -> const ProjectionPlane& { return planes[k]; });
+}
+
 void BoxOnPlanes::place(const Box& local_box) {
-  const ProjectionPlane& plane = maps_[0].plane();
+  const ProjectionPlane& plane = first_;
   const Face face = plane.face;
   const double a = face.sign * local_box.lo[face.axis], b = face.sign * local_box.hi[face.axis];
   place_box(columns_, lanes_,
@@ -113,6 +127,17 @@ void BoxOnPlanes::place(const Box& local_box) {
              local_box.hi[face.v()], std::min(a, b) - plane.hw, std::max(a, b) - plane.hw, plane.hu,
              plane.hv, plane.hw},
             places_);
+}
+
+std::optional<PixelRange> BoxOnPlanes::pixels(std::size_t k) const {
+  if (places_.where[k] != kFalls) return {};
+  const int last = static_cast<int>(columns_.side[k]) - 1;
+  const PixelRange range{std::max(static_cast<int>(places_.i0[k]), 0),
+                         std::max(static_cast<int>(places_.j0[k]), 0),
+                         std::min(static_cast<int>(places_.i1[k]), last),
+                         std::min(static_cast<int>(places_.j1[k]), last)};
+  if (range.i0 > range.i1 || range.j0 > range.j1) return {};
+  return range;
 }
 
 PlaneAnswer BoxOnPlanes::answer(std::size_t k) const {

@@ -2,6 +2,7 @@
 // a lane a plane. Same answers as test_box, plane by plane (held together by a test).
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "worker/visibility/occludee_test.hpp"
@@ -16,9 +17,15 @@ class BoxOnPlanes {
  public:
   // As many of the leading maps as have the first one's face and fit. Returns how many.
   std::size_t set(std::span<const OcclusionMap> maps);
+  // The same for planes whose maps are not drawn yet: `place` and `pixels`, but no `answer`.
+  std::size_t set(std::span<const ProjectionPlane> planes);
+  const ProjectionPlane& nearest_plane() const { return first_; }
 
   // Where the box falls on each of them.
   void place(const Box& local_box);
+  // The pixels of map `k` that the box last placed falls on, cut to the map; none where it does
+  // not.
+  std::optional<PixelRange> pixels(std::size_t k) const;
   // What map `k` says of the box last placed.
   PlaneAnswer answer(std::size_t k) const;
 
@@ -39,7 +46,11 @@ class BoxOnPlanes {
   };
 
  private:
+  template <class PlaneOf>
+  std::size_t set_columns(std::size_t most, PlaneOf&& plane_of);
+
   std::span<const OcclusionMap> maps_;
+  ProjectionPlane first_;
   int lanes_ = 0;  // rounded up
   Columns columns_;
   Places places_;

@@ -8,16 +8,16 @@
 
 namespace pvsfarm {
 
+// The scratch of a coverage: a row a place, rows before and after it to the border of a tile empty.
 struct DirectRaster::Spans {
   alignas(64) double left[kMaxResolutionPx];
   alignas(64) double right[kMaxResolutionPx];
   alignas(64) int first[kMaxResolutionPx];
   alignas(64) int end[kMaxResolutionPx];
+  std::uint8_t lowered[(kMaxResolutionPx / kTilePx) * (kMaxResolutionPx / kTilePx)] = {};
 };
 
 namespace {
-
-constexpr int kBlockPx = 16;  // divides every resolution
 
 // bound[j] = max(bound[j], offset + slope * (y + j * step)), or min.
 PVSFARM_DISPATCH
@@ -52,20 +52,73 @@ void whole_spans(const double* left, const double* right, int n, double from, do
   }
 }
 
-// Depth into the spans of n rows.
+// A map being drawn, tile by tile.
+struct Canvas {
+  float* pixels;
+  float* tiles;
+  std::uint8_t* lowered;  // a tile each: its bound was lowered, its pixels were not
+  int side;
+  // kTilePx, as far as the compiler knows some multiple: loops of a fixed length are unrolled
+  // before they could be vectorised.
+  int tile_px;
+  int width() const { return tile_px & -kTilePx; }
+};
+
+// Depth into the spans [first[j], end[j]) of a row of tiles, j its kTilePx rows, of which those
+// before `from_row` and from `to_row` on are empty. Tiles that hold nothing farther are left alone;
+// of those covered all over only the bound is lowered. Returns how many rows of tiles were written.
 PVSFARM_DISPATCH
-void fill(float* rows, int side, const int* first, const int* end, int n, float depth) {
-  for (int j = 0; j < n; ++j, rows += side) {
-    const int from = first[j], to = end[j];
-    if (from >= to) continue;
-    // Whole blocks, so that no lane is left for a loop of its own: most spans are short.
-    const int start = from & -kBlockPx, pixels = ((to - start) + kBlockPx - 1) & -kBlockPx;
-    float* const row = rows + start;
-    for (int i = 0; i < pixels; ++i) {
-      const float drawn = (i >= from - start) & (i < to - start) ? depth : kUncovered;
-      row[i] = drawn < row[i] ? drawn : row[i];
+int fill(const Canvas& canvas, int tile_row, const int* first, const int* end, int from_row,
+         int to_row, float depth) {
+  const int width = canvas.width();
+  int least = canvas.side, most = 0, full_from = 0, full_to = canvas.side;
+  for (int j = 0; j < width; ++j) {
+    least = first[j] < least ? first[j] : least;
+    most = end[j] > most ? end[j] : most;
+    full_from = first[j] > full_from ? first[j] : full_from;
+    full_to = end[j] < full_to ? end[j] : full_to;
+  }
+  const std::ptrdiff_t row_of_tiles = std::ptrdiff_t{tile_row} * (canvas.side >> kTileLevel);
+  float* const corner = canvas.pixels + std::ptrdiff_t{tile_row} * kTilePx * canvas.side;
+  int written = 0;
+  for (int tile = least >> kTileLevel; tile << kTileLevel < most; ++tile) {
+    float& bound = canvas.tiles[row_of_tiles + tile];
+    if (bound <= depth) continue;
+    const int from = tile << kTileLevel;
+    if (full_from <= from && full_to >= from + kTilePx) {
+      bound = depth;
+      canvas.lowered[row_of_tiles + tile] = 1;
+      continue;
+    }
+    written += to_row - from_row;
+    float* row = corner + from + std::ptrdiff_t{from_row} * canvas.side;
+    for (int j = from_row; j < to_row; ++j, row += canvas.side) {
+      const int a = first[j] - from, b = end[j] - from;
+      for (int i = 0; i < width; ++i) {
+        const float drawn = (i >= a) & (i < b) ? depth : kUncovered;
+        row[i] = drawn < row[i] ? drawn : row[i];
+      }
     }
   }
+  return written;
+}
+
+// The bounds that were lowered into the pixels of their tiles. Returns how many rows were written.
+PVSFARM_DISPATCH
+int settle(const Canvas& canvas) {
+  const int tiles = canvas.side >> kTileLevel, width = canvas.width();
+  int written = 0;
+  for (int k = 0; k < tiles * tiles; ++k) {
+    if (canvas.lowered[k] == 0) continue;
+    canvas.lowered[k] = 0;
+    written += kTilePx;
+    const float depth = canvas.tiles[k];
+    float* row = canvas.pixels + std::ptrdiff_t{k / tiles} * kTilePx * canvas.side +
+                 std::ptrdiff_t{k % tiles} * kTilePx;
+    for (int j = 0; j < kTilePx; ++j, row += canvas.side)
+      for (int i = 0; i < width; ++i) row[i] = depth < row[i] ? depth : row[i];
+  }
+  return written;
 }
 
 // Rows of a coverage: `n` of them, the first one's lower edge at y.
@@ -113,6 +166,7 @@ void DirectRaster::draw(const CoverageList& list, OcclusionMap& map) {
   const int side = plane.resolution_px;
   const double per_px = 1 / plane.px;
   Spans& spans = *spans_;
+  const Canvas canvas{map.base(), map.tiles().data(), spans.lowered, side, tile_px_};
   for (const Coverage& c : list.coverages) {
     const PixelRange inner = whole_pixels({c.x0, c.y0, c.x1, c.y1}, plane);
     if (inner.i0 > inner.i1 || inner.j0 > inner.j1) continue;
@@ -121,10 +175,22 @@ void DirectRaster::draw(const CoverageList& list, OcclusionMap& map) {
     std::fill(spans.right, spans.right + rows.n, c.x1);
     for (std::uint32_t h = 0; h < c.half_plane_count; ++h)
       cut(list.half_planes[c.first_half_plane + h], c, rows, spans.left, spans.right);
-    whole_spans(spans.left, spans.right, rows.n, plane.x0, per_px, side, spans.first, spans.end);
-    fill(map.base() + static_cast<std::size_t>(inner.j0) * side, side, spans.first, spans.end,
-         rows.n, c.depth);
+    // Rows of the first and the last tile that the coverage does not reach: empty spans.
+    const int first_row = inner.j0 & -kTilePx, end_row = (inner.j1 | (kTilePx - 1)) + 1;
+    const auto clear_rows = [&](int from, int to) {
+      std::fill(spans.first + from, spans.first + to, side);
+      std::fill(spans.end + from, spans.end + to, 0);
+    };
+    clear_rows(first_row, inner.j0);
+    clear_rows(inner.j1 + 1, end_row);
+    whole_spans(spans.left, spans.right, rows.n, plane.x0, per_px, side, spans.first + inner.j0,
+                spans.end + inner.j0);
+    for (int j = first_row; j < end_row; j += kTilePx)
+      rows_written_ +=
+          fill(canvas, j >> kTileLevel, spans.first + j, spans.end + j, std::max(inner.j0 - j, 0),
+               std::min(inner.j1 + 1 - j, kTilePx), c.depth);
   }
+  rows_written_ += settle(canvas);
 }
 
 }  // namespace pvsfarm

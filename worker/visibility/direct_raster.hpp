@@ -20,6 +20,7 @@ class DirectRaster final : public Rasteriser {
  private:
   struct Spans;
   std::unique_ptr<Spans> spans_;
+  int tile_px_ = kTilePx;
 };
 
 }  // namespace pvsfarm

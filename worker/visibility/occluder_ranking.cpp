@@ -89,8 +89,7 @@ bool OccluderRanking::owned(const Ball& ball, const VisibleSet& candidates) cons
 }
 
 void OccluderRanking::rank(const CellFrame& frame, const VisibleSet& candidates,
-                           double least_solid_angle, std::size_t sorted,
-                           std::vector<RankedOccluder>& out) const {
+                           double least_solid_angle, std::vector<RankedOccluder>& out) const {
   out.clear();
   const Box cell = frame.world_bounds();
   const Vec3 eye = cell.center();
@@ -119,12 +118,9 @@ void OccluderRanking::rank(const CellFrame& frame, const VisibleSet& candidates,
     if (squared <= 4 * reach * reach)
       for (std::uint32_t f = 0; f < ball.face_count; ++f) consider(faces_[ball.first_face + f], i);
   }
-  const auto larger = [](const RankedOccluder& a, const RankedOccluder& b) {
+  std::sort(out.begin(), out.end(), [](const RankedOccluder& a, const RankedOccluder& b) {
     return a.solid_angle > b.solid_angle || (a.solid_angle == b.solid_angle && a.index < b.index);
-  };
-  const auto middle = out.begin() + static_cast<std::ptrdiff_t>(std::min(sorted, out.size()));
-  std::nth_element(out.begin(), middle, out.end(), larger);
-  std::sort(out.begin(), middle, larger);
+  });
 }
 
 }  // namespace pvsfarm

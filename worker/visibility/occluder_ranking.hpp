@@ -27,14 +27,15 @@ class OccluderRanking {
   explicit OccluderRanking(const Scene& scene);
 
   // Every occluder of at least `least_solid_angle` that an object of `candidates`, or one that
-  // only occludes, owns; the `sorted` largest first, by falling solid angle, then the rest in any
-  // order. Faces of solids come only where the cell may meet their solid.
+  // only occludes, owns; by falling solid angle. Faces of solids come only where the cell may meet
+  // their solid.
   void rank(const CellFrame& frame, const VisibleSet& candidates, double least_solid_angle,
-            std::size_t sorted, std::vector<RankedOccluder>& out) const;
+            std::vector<RankedOccluder>& out) const;
   // owner_in() of an occluder that rank() named, in less time.
   bool owned(const RankedOccluder& ranked, const VisibleSet& candidates) const {
     return owned(balls_[ranked.ball], candidates);
   }
+  std::uint64_t bytes() const { return balls_.size() * sizeof(Ball); }  // looked at for a cell
 
  private:
   // The ids of the occludees that own something; all ids if an owner is none.

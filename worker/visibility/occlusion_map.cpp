@@ -49,6 +49,7 @@ void OcclusionMap::reset(const ProjectionPlane& plane) {
   plane_ = plane;
   per_px_ = 1 / plane.px;
   per_py_ = 1 / plane.py;
+  built_ = false;
   level_count_ = std::bit_width(static_cast<unsigned>(plane.resolution_px));
   levels_max_.resize(level_count_);
   levels_min_.resize(level_count_ - 1);
@@ -58,9 +59,12 @@ void OcclusionMap::reset(const ProjectionPlane& plane) {
     if (k > 0) levels_min_[k - 1].resize(side * side);
   }
   std::fill(levels_max_[0].begin(), levels_max_[0].end(), kUncovered);
+  const std::size_t tiles = plane.resolution_px >> kTileLevel;
+  tiles_.assign(tiles * tiles, kUncovered);
 }
 
 void OcclusionMap::build_pyramids() {
+  built_ = true;
   for (int k = 1; k < level_count_; ++k) {
     const int side = plane_.resolution_px >> k;
     const float* below_max = levels_max_[k - 1].data();
@@ -71,6 +75,8 @@ void OcclusionMap::build_pyramids() {
       reduce_min(below_min + row, below_min + row + 2 * side, &levels_min_[k - 1][j * side], side);
     }
   }
+  if (!tiles_.empty())
+    std::copy(levels_max_[kTileLevel].begin(), levels_max_[kTileLevel].end(), tiles_.begin());
 }
 
 // Rounding of the product is at most 2^-40 pixel; callers widen their rectangles by more.
@@ -88,7 +94,10 @@ PixelRange OcclusionMap::touched(const PlaneRect& rect) const {
 bool OcclusionMap::covered_in(int level, int i, int j, const PixelRange& range, float depth) const {
   const int side = plane_.resolution_px >> level;
   if (levels_max_[level][static_cast<std::size_t>(j) * side + i] < depth) return true;
-  if (level == 0) return false;
+  // A square within the range that has a farther pixel.
+  if (i << level >= range.i0 && ((i + 1) << level) - 1 <= range.i1 && j << level >= range.j0 &&
+      ((j + 1) << level) - 1 <= range.j1)
+    return false;
   const int half = level - 1;
   for (int dj = 0; dj < 2; ++dj) {
     const int cj = 2 * j + dj;
@@ -116,6 +125,17 @@ bool OcclusionMap::covered(const PixelRange& r, float depth) const {
     for (int i = r.i0 >> level; i <= r.i1 >> level; ++i)
       if (!covered_in(level, i, j, r, depth)) return false;
   return true;
+}
+
+bool OcclusionMap::needs_nothing(const PixelRange& r, float depth) const {
+  const int tiles = plane_.resolution_px >> kTileLevel;
+  const auto tiles_are = [&] {
+    for (int j = r.j0 >> kTileLevel; j <= r.j1 >> kTileLevel; ++j)
+      for (int i = r.i0 >> kTileLevel; i <= r.i1 >> kTileLevel; ++i)
+        if (!(tiles_[static_cast<std::size_t>(j) * tiles + i] <= depth)) return false;
+    return true;
+  };
+  return (tiles > 0 && tiles_are()) || (built_ && covered(r, depth));
 }
 
 float OcclusionMap::lower_bound(const PlaneRect& rect) const {

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "worker/visibility/cell_frame.hpp"
@@ -15,6 +16,7 @@ namespace pvsfarm {
 
 inline constexpr float kUncovered = std::numeric_limits<float>::infinity();
 inline constexpr int kMaxResolutionPx = 1024;
+inline constexpr int kTileLevel = 4, kTilePx = 1 << kTileLevel;  // divides every map that is drawn
 
 // A rectangle on the plane, in the plane's coordinates.
 struct PlaneRect {
@@ -41,12 +43,19 @@ class OcclusionMap {
   // Row j, pixel i: base()[j * resolution + i].
   float* base() { return levels_max_[0].data(); }
   const float* base() const { return levels_max_[0].data(); }
+  // Of each square of kTilePx pixels a side, row by row: at this depth and beyond nothing need be
+  // drawn there, because all of it is nearer or nobody wants it. A hint to who draws, who lowers
+  // it; no test reads it. build_pyramids() makes it the greatest Z. Empty below kTilePx.
+  std::span<float> tiles() { return tiles_; }
 
   // To be called when the base has changed, before any test.
   void build_pyramids();
   // Whether every pixel that `rect` touches has Z < depth. False where rect leaves the map.
   bool covered(const PlaneRect& rect, float depth) const;
   bool covered(const PixelRange& range, float depth) const;
+  // Whether nothing need be drawn in `range` at `depth`, as far as tiles() tell, and the pyramids
+  // if they were built. May be asked while a map is drawn. Requires: `range` in the map.
+  bool needs_nothing(const PixelRange& range, float depth) const;
   // The smallest Z of any pixel that `rect` touches, a lower bound of it, read from at most
   // 2 x 2 texels of the min pyramid; kUncovered where rect misses the map.
   float lower_bound(const PlaneRect& rect) const;
@@ -65,6 +74,8 @@ class OcclusionMap {
   ProjectionPlane plane_;
   double per_px_ = 1, per_py_ = 1;
   int level_count_ = 0;
+  std::vector<float> tiles_;
+  bool built_ = false;                          // the pyramids, since the last reset
   std::vector<std::vector<float>> levels_max_;  // [0] is the map itself
   std::vector<std::vector<float>> levels_min_;  // [k] belongs to max level k + 1
 };

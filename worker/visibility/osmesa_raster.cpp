@@ -103,6 +103,7 @@ void OsmesaRaster::draw(const CoverageList& list, OcclusionMap& map) {
   for (const Coverage& coverage : list.coverages) s.add(list, coverage, map.plane());
   if (s.triangles.empty()) return;
   const std::span<const float> drawn = s.target.draw(s.triangles);
+  rows_written_ += drawn.size() / kTilePx;
   float* const base = map.base();
   for (std::size_t i = 0; i < drawn.size(); ++i) base[i] = std::min(base[i], drawn[i]);
 }

@@ -1,10 +1,12 @@
 #include "worker/visibility/plane_choice.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <utility>
 
+#include "worker/visibility/dispatch.hpp"
 #include "worker/visibility/occludee_test.hpp"
 
 namespace pvsfarm {
@@ -142,7 +144,8 @@ namespace {
 
 constexpr std::size_t kAimedObjects = 128;  // of the open ones, evenly along the hierarchy
 constexpr std::size_t kBlockersEach = 8;    // the largest on the way
-constexpr double kNear = 0.7;    // a plane this much nearer or farther than an end is of no use
+constexpr double kNear = 0.7;  // a plane this much nearer or farther than an end is of no use
+constexpr std::size_t kBatch = 256;
 constexpr double kApart = 0.97;  // candidates closer to each other are one
 
 // That an occluder on the way to an open object ends so far beyond a face.
@@ -160,19 +163,35 @@ double use_of(double plane, double end) {
   return plane < end ? 0.5 * use : use;
 }
 
-// Whether the segment from 0 to `to` meets the box.
-bool crosses(const Box& box, const Vec3& to) {
-  double enter = 0, leave = 1;
-  for (int a = 0; a < 3; ++a) {
-    if (to[a] == 0) {
-      if (box.lo[a] > 0 || box.hi[a] < 0) return false;
-      continue;
-    }
-    const double t0 = box.lo[a] / to[a], t1 = box.hi[a] / to[a];
-    enter = std::max(enter, std::min(t0, t1));
-    leave = std::min(leave, std::max(t0, t1));
+// The sides of the occluders' boxes in columns.
+struct Sides {
+  std::array<std::vector<double>, 3> lo, hi;
+  explicit Sides(const LocalOccluders& occluders) {
+    for (int a = 0; a < 3; ++a)
+      for (const LocalOccluder& occluder : occluders.list) {
+        lo[a].push_back(occluder.box.lo[a]);
+        hi[a].push_back(occluder.box.hi[a]);
+      }
   }
-  return enter <= leave;
+};
+
+// meets[i]: whether the segment from 0 to 1 / `per` meets box i. Where a coordinate is 0, `per` is
+// infinite, and a box that has 0 for a side gives NaN: taken as not met.
+PVSFARM_DISPATCH
+void find_met(const double* lo_x, const double* hi_x, const double* lo_y, const double* hi_y,
+              const double* lo_z, const double* hi_z, std::size_t n, const double* per,
+              double* meets) {
+  const double px = per[0], py = per[1], pz = per[2];
+  for (std::size_t i = 0; i < n; ++i) {
+    const double xa = lo_x[i] * px, xb = hi_x[i] * px, ya = lo_y[i] * py, yb = hi_y[i] * py,
+                 za = lo_z[i] * pz, zb = hi_z[i] * pz;
+    const double x0 = xa < xb ? xa : xb, x1 = xa < xb ? xb : xa;
+    const double y0 = ya < yb ? ya : yb, y1 = ya < yb ? yb : ya;
+    const double z0 = za < zb ? za : zb, z1 = za < zb ? zb : za;
+    const double xy0 = x0 > y0 ? x0 : y0, xy1 = x1 < y1 ? x1 : y1;
+    const double enter = xy0 > z0 ? xy0 : z0, leave = xy1 < z1 ? xy1 : z1;
+    meets[i] = (enter <= leave) & (leave >= 0) & (enter <= 1) ? 1 : 0;
+  }
 }
 
 // How far the near or the far side of the box lies beyond a face.
@@ -183,7 +202,7 @@ double beyond(const Box& box, const CellFrame& frame, Face face, bool far_side) 
 
 // Of the face that the object lies farthest beyond.
 void add_ends(const Box& object, double weight, const CellFrame& frame,
-              const LocalOccluders& occluders, std::vector<End>& ends) {
+              const LocalOccluders& occluders, const Sides& sides, std::vector<End>& ends) {
   std::size_t best = 0;
   double most = 0;
   for (std::size_t f = 0; f < kFaces.size(); ++f) {
@@ -191,15 +210,40 @@ void add_ends(const Box& object, double weight, const CellFrame& frame,
     if (distance > most) most = distance, best = f;
   }
   if (!(most > 0)) return;
+  const Vec3 per = 1.0 / object.center();
+  double meets[kBatch];
   std::size_t found = 0;
-  const Vec3 to = object.center();
-  for (const LocalOccluder& occluder : occluders.list) {
-    if (!crosses(occluder.box, to)) continue;
-    const double end = beyond(occluder.box, frame, kFaces[best], true);
-    if (!(end > 0) || beyond(occluder.box, frame, kFaces[best], false) >= most) continue;
-    ends.push_back({best, std::min(end, most), weight});
-    if (++found == kBlockersEach) return;
+  for (std::size_t first = 0; first < occluders.list.size(); first += kBatch) {
+    const std::size_t n = std::min(kBatch, occluders.list.size() - first);
+    find_met(&sides.lo[0][first], &sides.hi[0][first], &sides.lo[1][first], &sides.hi[1][first],
+             &sides.lo[2][first], &sides.hi[2][first], n, &per.x, meets);
+    for (std::size_t i = 0; i < n; ++i) {
+      if (meets[i] == 0) continue;
+      const Box& box = occluders.list[first + i].box;
+      const double end = beyond(box, frame, kFaces[best], true);
+      if (!(end > 0) || beyond(box, frame, kFaces[best], false) >= most) continue;
+      ends.push_back({best, std::min(end, most), weight});
+      if (++found == kBlockersEach) return;
+    }
   }
+}
+
+// A place a plane may be put at, and what that would gain; the ends near enough to gain by it.
+struct Place {
+  std::size_t face;
+  double distance;
+  double gain = 0;
+  struct Use {
+    std::size_t end;
+    double use;
+  };
+  std::vector<Use> uses;
+};
+
+void weigh(Place& place, std::span<const End> ends) {
+  place.gain = 0;
+  for (const Place::Use& u : place.uses)
+    place.gain += ends[u.end].weight * std::max(0.0, u.use - ends[u.end].served);
 }
 
 }  // namespace
@@ -209,12 +253,13 @@ std::vector<ProjectionPlane> aim_planes(const Scene& scene, const CellFrame& fra
                                         const AimRequest& request) {
   // 1. Where the blockers of a sample of what is open end.
   std::vector<End> ends;
+  const Sides sides(occluders);
   const std::size_t stride = open.count() / kAimedObjects + 1;
   std::size_t number = 0;
   open.for_each([&](ObjectId id) {
     if (number++ % stride != stride / 2) return;
     add_ends(frame.local_around_world(scene.object(id).box),
-             static_cast<double>(scene.object(id).triangle_count), frame, occluders, ends);
+             static_cast<double>(scene.object(id).triangle_count), frame, occluders, sides, ends);
   });
   for (End& end : ends)
     for (const ProjectionPlane& plane : request.before)
@@ -222,36 +267,40 @@ std::vector<ProjectionPlane> aim_planes(const Scene& scene, const CellFrame& fra
         end.served = std::max(end.served, use_of(plane.distance, end.distance));
 
   // 2. The places to choose from.
-  std::vector<End> places = ends;
-  std::sort(places.begin(), places.end(), [](const End& a, const End& b) {
+  std::sort(ends.begin(), ends.end(), [](const End& a, const End& b) {
     return a.face < b.face || (a.face == b.face && a.distance > b.distance);
   });
-  std::vector<End> apart;
-  for (const End& place : places)
-    if (apart.empty() || apart.back().face != place.face ||
-        place.distance < kApart * apart.back().distance)
-      apart.push_back(place);
+  std::vector<Place> places;
+  for (const End& end : ends)
+    if (places.empty() || places.back().face != end.face ||
+        end.distance < kApart * places.back().distance)
+      places.push_back({end.face, end.distance});
+  std::size_t first = 0;
+  for (Place& place : places) {
+    // Ends and places fall together: what is too far for this place is so for the next.
+    while (ends[first].face != place.face || ends[first].distance * kNear >= place.distance)
+      ++first;
+    for (std::size_t e = first;
+         e < ends.size() && ends[e].face == place.face && ends[e].distance > kNear * place.distance;
+         ++e)
+      place.uses.push_back({e, use_of(place.distance, ends[e].distance)});
+    weigh(place, ends);
+  }
 
   // 3. The best of them, one after the other.
   const OccludeeExtent extent = extent_of(scene, frame, open);
   std::vector<ProjectionPlane> planes;
   while (planes.size() < request.planes) {
-    const End* best = nullptr;
-    double most = 0;
-    for (const End& place : apart) {
-      double gain = 0;
-      for (const End& end : ends)
-        if (end.face == place.face)
-          gain += end.weight * std::max(0.0, use_of(place.distance, end.distance) - end.served);
-      if (gain > most) most = gain, best = &place;
-    }
-    if (best == nullptr) break;
-    for (End& end : ends)
-      if (end.face == best->face)
-        end.served = std::max(end.served, use_of(best->distance, end.distance));
+    const auto best =
+        std::max_element(places.begin(), places.end(),
+                         [](const Place& a, const Place& b) { return a.gain < b.gain; });
+    if (best == places.end() || !(best->gain > 0)) break;
+    for (const Place::Use& u : best->uses) ends[u.end].served = std::max(ends[u.end].served, u.use);
     planes.push_back(square_plane(frame, kFaces[best->face], best->distance, request.extent,
                                   request.resolution_px));
     fit_rectangle(planes.back(), extent.around);
+    for (Place& place : places)
+      if (place.face == best->face) weigh(place, ends);
   }
   // Planes of one face together: boxes are tested on all of them at once.
   std::stable_sort(

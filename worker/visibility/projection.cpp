@@ -218,7 +218,7 @@ bool project(const Piece& piece, const ProjectionPlane& plane, double frame_scal
   const double deepest = piece.box.hi.z + (piece.solid ? 0.0 : 2 * piece.flatness);
   const double rounding = 0x1p-46 * (std::abs(deepest) + plane.distance + frame_scale);
   const float depth = float_not_below(deepest + rounding);
-  if (drawn != nullptr && drawn->covered(inner, depth)) return false;
+  if (drawn != nullptr && drawn->needs_nothing(inner, depth)) return false;
 
   const auto first = static_cast<std::uint32_t>(out.half_planes.size());
   Builder builder(images, plane, rect, out);

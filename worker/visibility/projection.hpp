@@ -40,8 +40,8 @@ struct CoverageList {
 // Appends the piece's Projection, if it can hold a whole pixel. `frame_scale`: CellFrame::
 // offset_scale(). Returns whether anything was added.
 //
-// `drawn`, if any, is a map of that plane with its pyramids built: what it already covers all over,
-// and nearer, is left out.
+// `drawn`, if any, is a map of that plane: what need not be drawn there (needs_nothing) is left
+// out.
 bool project(const Piece& piece, const ProjectionPlane& plane, double frame_scale,
              CoverageList& out, const OcclusionMap* drawn = nullptr);
 

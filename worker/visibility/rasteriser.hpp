@@ -15,6 +15,11 @@ class Rasteriser {
   virtual ~Rasteriser() = default;
   // Adds all coverages of `list` to `map`, which was reset with the plane they were made for.
   virtual void draw(const CoverageList& list, OcclusionMap& map) = 0;
+  // What it wrote since it was made. [units] rows of kTilePx pixels
+  std::uint64_t rows_written() const { return rows_written_; }
+
+ protected:
+  std::uint64_t rows_written_ = 0;
 };
 
 }  // namespace pvsfarm

@@ -57,6 +57,7 @@ struct Sampler::State {
   VisibleSet seen;
   std::vector<Witness> witnesses;
   SamplingRound round;
+  Stages* stages = nullptr;
 
   // The batch of rays in the making, and what each is aimed at.
   std::vector<Sightline> lines;
@@ -152,8 +153,14 @@ bool Sampler::State::blocked(const Sightline& line, ObjectId target, std::uint32
 // A line counts if it is clear. It is not, if the triangle that Embree names does block it; only
 // that saves the check.
 void Sampler::State::settle() {
-  rays.name_blockers(lines, blockers);
+  {
+    StageScope stage(stages, Stage::kCast);
+    rays.name_blockers(lines, blockers);
+    stage.did(lines.size());
+  }
   round.rays += lines.size();
+  StageScope stage(stages, Stage::kCheck);
+  stage.did(lines.size());
   for (std::size_t i = 0; i < lines.size(); ++i)
     if (!blocked(lines[i], aimed_at[i], blockers[i])) credit(aimed_at[i], lines[i]);
   lines.clear();
@@ -292,8 +299,17 @@ SamplingRound Sampler::aim(const VisibleSet& targets, std::uint64_t rays) {
     if (s.open(id)) open.push_back(id);
   });
   const std::uint64_t past_blockers = rays / kPastBlockers;
-  s.aim_plainly(open, rays - past_blockers);
-  s.aim_past_blockers(open, past_blockers);
+  {
+    StageScope stage(s.stages, Stage::kAim);
+    s.aim_plainly(open, rays - past_blockers);
+    stage.did(s.round.rays);
+  }
+  {
+    StageScope stage(s.stages, Stage::kEscape);
+    const std::uint64_t plainly = s.round.rays;
+    s.aim_past_blockers(open, past_blockers);
+    stage.did(s.round.rays - plainly);
+  }
   return s.finish();
 }
 
@@ -316,6 +332,7 @@ void Sampler::try_lines(std::span<const Sightline> lines, std::span<const Object
 
 const VisibleSet& Sampler::seen() const { return state_->seen; }
 const std::vector<Witness>& Sampler::witnesses() const { return state_->witnesses; }
+void Sampler::profile(Stages* stages) { state_->stages = stages; }
 double Sampler::margin() const { return state_->margin; }
 double Sampler::float_margin() const { return state_->float_margin; }
 

@@ -28,6 +28,7 @@
 #include "common/pvs/visible_set.hpp"
 #include "common/scene/scene.hpp"
 #include "worker/visibility/sight_check.hpp"
+#include "worker/visibility/stages.hpp"
 
 namespace pvsfarm {
 
@@ -77,6 +78,9 @@ class Sampler {
   // for that object. Nothing is noted. [limit] RayScene::kBatch lines.
   void try_lines(std::span<const Sightline> lines, std::span<const ObjectId> targets,
                  std::span<std::uint8_t> shows);
+
+  // From now on `stages` is told where time goes; null: nobody is.
+  void profile(Stages* stages);
 
   // Occludees seen so far, whether or not they were targets.
   const VisibleSet& seen() const;
