@@ -42,21 +42,22 @@ enum {                             /* an object */
 };
 enum { PVS_FLAG_OCCLUDER = 1, PVS_FLAG_OCCLUDEE = 2, PVS_FLAG_DYNAMIC = 4 };
 
-enum { /* the head of a chunk; columns, frames, coordinates, group ends and groups follow */
+enum { /* the head of a chunk; leaf bits, columns, frames, coordinates, group ends, groups follow */
        PVS_CHUNK_NODES = 0,        /* u32 */
        PVS_CHUNK_FRAMES = 4,       /* u32 */
        PVS_CHUNK_COORDINATES = 8,  /* u32 */
        PVS_CHUNK_ROW_SETS = 12,    /* u32: 1: visible; 2: visible and seen */
        PVS_CHUNK_GROUP_BYTES = 16, /* u32 */
+       PVS_CHUNK_LEAVES = 20,      /* u32 */
        PVS_CHUNK_COLUMNS = 24,     /* a column's head for each field of a node */
        PVS_COLUMN_BASE = 0,        /* u64 */
-       PVS_COLUMN_WIDTH = 8,       /* u32: bytes a number, 0 to 8 */
+       PVS_COLUMN_WIDTH = 8,       /* u32: bits a number, 0 to 64 */
        PVS_COLUMN_HEAD_BYTES = 16,
        PVS_NODE_FIELDS = 16,
        PVS_CHUNK_HEAD_BYTES = PVS_CHUNK_COLUMNS + PVS_NODE_FIELDS * PVS_COLUMN_HEAD_BYTES
 };
 
-enum {                                  /* the fields of a node: a column each */
+enum {                                  /* the fields of a node or of a leaf: a column each */
        PVS_NODE_BOX = 0,                /* six: numbers of coordinates: lo, then hi */
        PVS_NODE_ROOT_ID = 6,            /* i64 */
        PVS_NODE_PATH = 7,               /* u64 */
@@ -64,6 +65,7 @@ enum {                                  /* the fields of a node: a column each *
        PVS_NODE_PARENT = 9,             /* u32: so many nodes before; 0: none */
        PVS_NODE_FRAME = 10,             /* u32: 0: axis-aligned; k: frame k - 1 of the chunk */
        PVS_NODE_FLAGS = 11,             /* u32: PVS_FLAG_*, and the reason times PVS_FIELD_REASON */
+       PVS_LEAF_FIELDS = 12,            /* from here on of leaves only */
        PVS_NODE_VISIBLE_OBJECTS = 12,   /* u32: the size of its sets */
        PVS_NODE_VISIBLE_TRIANGLES = 13, /* u32 */
        PVS_NODE_SEEN_OBJECTS = 14,      /* u32 */
@@ -77,7 +79,7 @@ enum {                         /* subtrees: a number a node follows */
 };
 
 enum { PVS_FLAG_LEAF = 1, PVS_FLAG_QUARANTINED = 2 };
-enum { PVS_FRAME_BYTES = 96 };                       /* f64[12]: origin, three axes */
+enum { PVS_FRAME_BYTES = 96 }; /* f64[12]: origin, three axes */
 
 enum {                       /* location: roots, boxes of 16 of them, of 256, ... */
        PVS_LOCATE_ROOTS = 0, /* u32 */

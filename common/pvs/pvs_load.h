@@ -41,6 +41,17 @@ static inline uint64_t load_number(const unsigned char* p, uint32_t width) {
   return value;
 }
 
+/* `width` <= 64 bits that begin at bit `first`, the lowest first. */
+static inline uint64_t load_bits(const unsigned char* p, uint64_t first, uint32_t width) {
+  uint64_t value = 0;
+  uint32_t have = 0;
+  for (p += first / 8, first %= 8; have < width; first = 0) {
+    value |= (uint64_t)(*p++ >> first) << have;
+    have += 8 - (uint32_t)first;
+  }
+  return width < 64 ? value & (((uint64_t)1 << width) - 1) : value;
+}
+
 static inline uint64_t padded(uint64_t bytes) { return (bytes + 7) & ~(uint64_t)7; }
 
 /* The node after the last descendant of a node. */

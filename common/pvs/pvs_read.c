@@ -1,4 +1,5 @@
 /* Objects, cells and their sets. */
+#include "common/pvs/pvs_bits.h"
 #include "common/pvs/pvs_load.h"
 #include "common/pvs/pvs_reader.h"
 #include "common/pvs/pvs_sets.h"
@@ -35,8 +36,8 @@ uint32_t pvs_block_of_node(const pvs_store* s, uint32_t node) {
 }
 
 typedef struct chunk {
-  uint32_t first_node, node_count, frame_count, coordinate_count, row_sets, group_bytes;
-  const unsigned char* head;
+  uint32_t first_node, node_count, frame_count, coordinate_count, row_sets, group_bytes, leaf_count;
+  const unsigned char *head, *leaf_bits;
   const unsigned char* columns[PVS_NODE_FIELDS];
   const unsigned char *frames, *coordinates, *group_ends, *groups;
 } chunk;
@@ -46,14 +47,35 @@ static const unsigned char* column_head(const unsigned char* chunk_head, int fie
 }
 
 static uint32_t group_count(const chunk* c) {
-  return c->node_count / PVS_GROUP_NODES + (c->node_count % PVS_GROUP_NODES != 0);
+  return c->leaf_count / PVS_GROUP_LEAVES + (c->leaf_count % PVS_GROUP_LEAVES != 0);
+}
+
+/* The number of leaves among the first `nodes` of the chunk. */
+static uint32_t leaves_before(const chunk* c, uint32_t nodes) {
+  uint32_t count = 0, word;
+  for (word = 0; word * 64 < nodes; ++word) {
+    const uint32_t here = nodes - word * 64;
+    const uint64_t bits = load_u64(c->leaf_bits + (uint64_t)word * 8);
+    count += count_of(here < 64 ? bits & (((uint64_t)1 << here) - 1) : bits);
+  }
+  return count;
+}
+
+static int is_leaf(const chunk* c, uint32_t node) {
+  const uint32_t i = node - c->first_node;
+  return c->leaf_bits[i / 8] >> (i % 8) & 1;
+}
+
+static uint64_t column_bytes(const chunk* c, int field) {
+  const uint64_t numbers = field < PVS_LEAF_FIELDS ? c->node_count : c->leaf_count;
+  return (numbers * load_u32(column_head(c->head, field) + PVS_COLUMN_WIDTH) + 7) / 8;
 }
 
 /* The parts of the chunk that holds a node; their sizes must fill the block. */
 static pvs_status open_chunk(const pvs_store* s, uint32_t node, chunk* c) {
   const uint32_t block = pvs_block_of_node(s, node);
-  const unsigned char* head;
-  uint64_t length, end_node, columns = 0, expected;
+  const unsigned char *head, *at;
+  uint64_t length, end_node, columns = 0, expected, leaf_bits;
   int field;
   if (block == s->block_count) return PVS_OUT_OF_RANGE;
   head = c->head = block_bytes(s, block, &length);
@@ -63,36 +85,41 @@ static pvs_status open_chunk(const pvs_store* s, uint32_t node, chunk* c) {
   c->coordinate_count = load_u32(head + PVS_CHUNK_COORDINATES);
   c->row_sets = load_u32(head + PVS_CHUNK_ROW_SETS);
   c->group_bytes = load_u32(head + PVS_CHUNK_GROUP_BYTES);
+  c->leaf_count = load_u32(head + PVS_CHUNK_LEAVES);
   end_node = block + 3 == s->block_count ? s->node_count
                                          : load_u32(entry_of(s, block + 1) + PVS_ENTRY_FIRST_NODE);
-  if (c->row_sets < 1 || c->row_sets > 2 || c->node_count != end_node - c->first_node)
+  if (c->row_sets < 1 || c->row_sets > 2 || c->node_count != end_node - c->first_node ||
+      c->leaf_count > c->node_count)
     return PVS_DAMAGED;
   for (field = 0; field < PVS_NODE_FIELDS; ++field) {
-    const uint32_t width = load_u32(column_head(head, field) + PVS_COLUMN_WIDTH);
-    if (width > 8) return PVS_DAMAGED;
-    columns += (uint64_t)c->node_count * width;
+    if (load_u32(column_head(head, field) + PVS_COLUMN_WIDTH) > 64) return PVS_DAMAGED;
+    columns += column_bytes(c, field);
   }
-  expected = PVS_CHUNK_HEAD_BYTES + padded(columns) + (uint64_t)c->frame_count * PVS_FRAME_BYTES +
-             (uint64_t)c->coordinate_count * 8 + padded((uint64_t)group_count(c) * 4) +
-             padded(c->group_bytes);
+  leaf_bits = padded(((uint64_t)c->node_count + 7) / 8);
+  expected = PVS_CHUNK_HEAD_BYTES + leaf_bits + padded(columns) +
+             (uint64_t)c->frame_count * PVS_FRAME_BYTES + (uint64_t)c->coordinate_count * 8 +
+             padded((uint64_t)group_count(c) * 4) + padded(c->group_bytes);
   if (expected != length) return PVS_DAMAGED;
-  c->frames = head + PVS_CHUNK_HEAD_BYTES;
-  for (field = 0; field < PVS_NODE_FIELDS; ++field) {
-    c->columns[field] = c->frames;
-    c->frames += (uint64_t)c->node_count * load_u32(column_head(head, field) + PVS_COLUMN_WIDTH);
-  }
-  c->frames = head + PVS_CHUNK_HEAD_BYTES + padded(columns);
+  c->leaf_bits = head + PVS_CHUNK_HEAD_BYTES;
+  at = c->leaf_bits + leaf_bits;
+  c->frames = at + padded(columns);
+  for (field = 0; field < PVS_NODE_FIELDS; at += column_bytes(c, field++)) c->columns[field] = at;
   c->coordinates = c->frames + (uint64_t)c->frame_count * PVS_FRAME_BYTES;
   c->group_ends = c->coordinates + (uint64_t)c->coordinate_count * 8;
   c->groups = c->group_ends + padded((uint64_t)group_count(c) * 4);
   return PVS_OK;
 }
 
-static uint64_t field_of(const chunk* c, uint32_t node, int field) {
+/* Number `index` of a column: of a node less the chunk's first, or of a leaf among the leaves. */
+static uint64_t number_of(const chunk* c, uint32_t index, int field) {
   const unsigned char* head = column_head(c->head, field);
   const uint32_t width = load_u32(head + PVS_COLUMN_WIDTH);
   return load_u64(head + PVS_COLUMN_BASE) +
-         load_number(c->columns[field] + (uint64_t)(node - c->first_node) * width, width);
+         load_bits(c->columns[field], (uint64_t)index * width, width);
+}
+
+static uint64_t field_of(const chunk* c, uint32_t node, int field) {
+  return number_of(c, node - c->first_node, field);
 }
 
 /* Damaged: a number too large for a field of 32 bits. */
@@ -100,6 +127,22 @@ static int load_small(const chunk* c, uint32_t node, int field, uint32_t* value)
   const uint64_t wide = field_of(c, node, field);
   *value = (uint32_t)wide;
   return wide <= 0xffffffffu;
+}
+
+/* The sizes of a leaf's sets; an inner node has none of its own. */
+static int load_sizes(const chunk* c, uint32_t node, pvs_node_info* info) {
+  uint32_t* const sizes[4] = {&info->visible_objects, &info->visible_triangles, &info->seen_objects,
+                              &info->seen_triangles};
+  const int leaf = is_leaf(c, node);
+  const uint32_t index = leaf ? leaves_before(c, node - c->first_node) : 0;
+  int k;
+  if (leaf && index >= c->leaf_count) return 0;
+  for (k = 0; k < 4; ++k) {
+    const uint64_t wide = leaf ? number_of(c, index, PVS_LEAF_FIELDS + k) : 0;
+    *sizes[k] = (uint32_t)wide;
+    if (wide > 0xffffffffu) return 0;
+  }
+  return 1;
 }
 
 static int load_box(const chunk* c, uint32_t node, pvs_node_info* info) {
@@ -125,16 +168,12 @@ pvs_status pvs_node(const pvs_store* s, uint32_t node, pvs_node_info* info) {
   if (!load_box(&c, node, info) || !load_small(&c, node, PVS_NODE_ROOT, &info->root) ||
       !load_small(&c, node, PVS_NODE_PARENT, &back) ||
       !load_small(&c, node, PVS_NODE_FRAME, &frame) ||
-      !load_small(&c, node, PVS_NODE_FLAGS, &flags) ||
-      !load_small(&c, node, PVS_NODE_VISIBLE_OBJECTS, &info->visible_objects) ||
-      !load_small(&c, node, PVS_NODE_VISIBLE_TRIANGLES, &info->visible_triangles) ||
-      !load_small(&c, node, PVS_NODE_SEEN_OBJECTS, &info->seen_objects) ||
-      !load_small(&c, node, PVS_NODE_SEEN_TRIANGLES, &info->seen_triangles))
+      !load_small(&c, node, PVS_NODE_FLAGS, &flags) || !load_sizes(&c, node, info))
     return PVS_DAMAGED;
   reason = flags / PVS_FIELD_REASON;
   end = subtree_end(s, node);
   if (frame > c.frame_count || reason > PVS_REASON_MERGED || end > s->node_count ||
-      info->path == 0 || back > node)
+      info->path == 0 || back > node || (flags & PVS_FLAG_LEAF) != (uint32_t)is_leaf(&c, node))
     return PVS_DAMAGED;
   info->reason = (pvs_reason)reason;
   info->flags = flags % PVS_FIELD_REASON;
@@ -152,47 +191,71 @@ pvs_status pvs_node(const pvs_store* s, uint32_t node, pvs_node_info* info) {
   return PVS_OK;
 }
 
-uint64_t pvs_scratch_words(const pvs_store* s) { return s->object_count; }
+uint64_t pvs_scratch_words(const pvs_store* s) { return pvs_group_words(s->object_count); }
 
-/* Where the group of a node is, and which of its nodes are parents of others. */
-static pvs_status open_group(const chunk* c, uint32_t node, pvs_coder* coder, pvs_group* g) {
-  const uint32_t index = (node - c->first_node) / PVS_GROUP_NODES;
-  const uint32_t first = c->first_node + index * PVS_GROUP_NODES;
-  const uint32_t left = c->first_node + c->node_count - first;
+/* Reads the rows of leaves 0 .. last of a group. */
+static pvs_status read_group(const chunk* c, uint32_t index, uint32_t last, pvs_group* g) {
+  const uint32_t left = c->leaf_count - index * PVS_GROUP_LEAVES;
   const uint32_t begin = index == 0 ? 0 : load_u32(c->group_ends + (uint64_t)(index - 1) * 4);
   const uint32_t end = load_u32(c->group_ends + (uint64_t)index * 4);
-  uint32_t i;
   if (begin > end || end > c->group_bytes) return PVS_DAMAGED;
-  g->nodes = left < PVS_GROUP_NODES ? left : PVS_GROUP_NODES;
+  g->leaves = left < PVS_GROUP_LEAVES ? left : PVS_GROUP_LEAVES;
   g->has_seen = c->row_sets == 2;
-  for (i = 0; i < g->nodes; ++i) {
-    const uint64_t back = field_of(c, first + i, PVS_NODE_PARENT);
-    g->parent[i] = (unsigned char)(back > 0 && back <= i ? i - back : PVS_NOT_IN_GROUP);
+  return pvs_read_group(g, c->groups + begin, c->groups + end, last) ? PVS_OK : PVS_DAMAGED;
+}
+
+/* Adds the members that are in any of rows first .. last. */
+static void add_members(const pvs_group* g, const uint64_t* rows, uint32_t first, uint32_t last,
+                        uint64_t* set) {
+  uint32_t k, i;
+  for (k = 0; k < g->member_count; k += 64) {
+    uint64_t some = 0;
+    uint32_t bit;
+    for (i = first; i <= last; ++i) some |= rows[(size_t)i * g->word_count + k / 64];
+    for (bit = 0; some != 0; ++bit, some >>= 1)
+      if (some & 1) set[g->members[k + bit] / 64] |= (uint64_t)1 << g->members[k + bit] % 64;
   }
-  pvs_coder_read(coder, c->groups + begin, c->groups + end);
+}
+
+/* Adds the sets of the chunk's leaves first .. end - 1. */
+static pvs_status add_leaves(const chunk* c, uint32_t first, uint32_t end, pvs_group* g,
+                             uint64_t* visible, uint64_t* seen) {
+  if (end > c->leaf_count) return PVS_DAMAGED;
+  while (first < end) {
+    const uint32_t index = first / PVS_GROUP_LEAVES, from = first % PVS_GROUP_LEAVES;
+    const uint32_t left = end - index * PVS_GROUP_LEAVES;
+    const uint32_t last = (left < PVS_GROUP_LEAVES ? left : PVS_GROUP_LEAVES) - 1;
+    const pvs_status status = read_group(c, index, last, g);
+    if (status != PVS_OK) return status;
+    if (visible != NULL) add_members(g, g->visible, from, last, visible);
+    if (seen != NULL) add_members(g, g->seen, from, last, seen);
+    first = (index + 1) * PVS_GROUP_LEAVES;
+  }
   return PVS_OK;
 }
 
 pvs_status pvs_read_sets(const pvs_store* s, uint32_t node, uint64_t* visible, uint64_t* seen,
                          uint64_t* scratch) {
-  chunk c;
-  pvs_coder coder;
+  uint64_t end;
   pvs_group group;
-  uint32_t i, k;
-  pvs_status status = open_chunk(s, node, &c);
   if (visible != NULL) memset(visible, 0, (size_t)s->word_count * 8);
   if (seen != NULL) memset(seen, 0, (size_t)s->word_count * 8);
-  if (status == PVS_OK) status = open_group(&c, node, &coder, &group);
-  if (status != PVS_OK) return status;
+  if (node >= s->node_count) return PVS_OUT_OF_RANGE;
+  end = subtree_end(s, node);
+  if (end > s->node_count) return PVS_DAMAGED;
   group.object_count = s->object_count;
-  group.members = (uint32_t*)(void*)scratch;
-  group.rows = group.members + s->object_count;
-  i = (node - c.first_node) % PVS_GROUP_NODES;
-  if (!pvs_code_group(&coder, &group, i)) return PVS_DAMAGED;
-  for (k = 0; k < group.member_count; ++k) {
-    const uint32_t id = group.members[k], row = group.rows[k];
-    if (visible != NULL) visible[id / 64] |= (uint64_t)(row >> i & 1) << (id % 64);
-    if (seen != NULL) seen[id / 64] |= (uint64_t)(row >> (16 + i) & 1) << (id % 64);
+  pvs_group_place(&group, scratch);
+  while (node < end) {
+    chunk c;
+    uint64_t stop;
+    pvs_status status = open_chunk(s, node, &c);
+    if (status != PVS_OK) return status;
+    stop = (uint64_t)c.first_node + c.node_count;
+    if (stop > end) stop = end;
+    status = add_leaves(&c, leaves_before(&c, node - c.first_node),
+                        leaves_before(&c, (uint32_t)stop - c.first_node), &group, visible, seen);
+    if (status != PVS_OK) return status;
+    node = (uint32_t)stop;
   }
   return PVS_OK;
 }

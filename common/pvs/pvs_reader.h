@@ -100,8 +100,8 @@ typedef struct pvs_node_info {
   uint32_t end;    /* the node after its last descendant */
   uint32_t flags;  /* PVS_FLAG_LEAF ... */
   pvs_reason reason;
-  /* The size of its sets, without decoding them. What is visible but not seen is what nobody could
-   * settle: (visible - seen) / visible is the cell's gap. */
+  /* The size of a leaf's sets, without decoding them; 0 of an inner node. What is visible but not
+   * seen is what nobody could settle: (visible - seen) / visible is the cell's gap. */
   uint32_t visible_objects, visible_triangles, seen_objects, seen_triangles;
   int turned; /* 0: origin 0 and the coordinate axes */
 } pvs_node_info;
@@ -131,8 +131,9 @@ pvs_status pvs_node(const pvs_store* store, uint32_t node, pvs_node_info* info);
 pvs_status pvs_find(const pvs_store* store, const double point[3], uint32_t* cells,
                     uint32_t capacity, uint32_t* count);
 
-/* Fills `visible` and `seen` (word_count words each, or NULL) with a cell's sets. `scratch`: room
- * for pvs_scratch_words(store) words, whose content means nothing; one for each thread. */
+/* Fills `visible` and `seen` (word_count words each, or NULL) with a cell's sets; an inner node's
+ * are the unions of its leaves'. `scratch`: room for pvs_scratch_words(store) words, whose content
+ * means nothing; one for each thread. */
 uint64_t pvs_scratch_words(const pvs_store* store);
 pvs_status pvs_read_sets(const pvs_store* store, uint32_t node, uint64_t* visible, uint64_t* seen,
                          uint64_t* scratch);

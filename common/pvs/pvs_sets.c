@@ -1,172 +1,351 @@
-/* The sets of a group of nodes: see pvs_sets.h. */
+/* The sets of a group of leaves: see pvs_sets.h. */
 #include "common/pvs/pvs_sets.h"
 
 #include <stddef.h>
 #include <string.h>
 
-/* How likely a bit is set, of 65536, and how many bits taught that, up to kMostTaught. */
-typedef struct chance {
-  uint16_t one, taught;
-} chance;
+#include "common/pvs/pvs_bits.h"
 
-enum { kMostTaught = 40, kLeastChance = 48 };
+enum {
+  kMostRice = 15,
+  kRiceBits = 4,
+  kRowBits = 5,
+  kKindsOfMembers = 0,
+  kKindsOfRows = 2,
+  kKindsOfClass = 3
+};
 
-void pvs_coder_read(pvs_coder* c, const unsigned char* begin, const unsigned char* end) {
-  int i;
-  memset(c, 0, sizeof *c);
-  c->high = 0xffffffffu;
-  c->in = begin;
-  c->in_end = end;
-  for (i = 0; i < 4; ++i) c->code = c->code << 8 | (c->in < c->in_end ? *c->in++ : 0u);
+/* What a walk does with the rows. */
+typedef enum walk_mode { kCount, kWrite, kRead } walk_mode;
+
+typedef struct walk {
+  walk_mode mode;
+  pvs_bits bits;
+  uint32_t rice[PVS_RUN_KINDS];                /* of each kind of run */
+  uint64_t cost[PVS_RUN_KINDS][kMostRice + 1]; /* counting: bits with each parameter */
+  int damaged;
+} walk;
+
+static uint32_t code_plain(walk* w, uint32_t value, unsigned n) {
+  if (w->mode == kRead) return get_bits(&w->bits, n);
+  if (w->mode == kWrite) put_bits(&w->bits, value, n);
+  return value;
 }
 
-void pvs_coder_write(pvs_coder* c, unsigned char* begin, unsigned char* end) {
-  memset(c, 0, sizeof *c);
-  c->high = 0xffffffffu;
-  c->out = begin;
-  c->out_end = end;
+static uint32_t code_run(walk* w, unsigned kind, uint32_t value) {
+  uint32_t k;
+  if (w->mode == kRead) return get_rice(&w->bits, w->rice[kind]);
+  if (w->mode == kWrite) put_rice(&w->bits, value, w->rice[kind]);
+  for (k = 0; w->mode == kCount && k <= kMostRice; ++k) w->cost[kind][k] += 1 + k + (value >> k);
+  return value;
 }
 
-static void put_byte(pvs_coder* c, uint32_t byte) {
-  if (c->out < c->out_end)
-    *c->out++ = (unsigned char)byte;
-  else
-    c->overflow = 1;
-}
-
-unsigned char* pvs_coder_finish(pvs_coder* c) {
-  /* The shortest number in low .. high, as what follows reads as zeros. */
-  if (c->low > 0) {
-    uint32_t byte = (c->low >> 24) + 1;
-    if (byte <= c->high >> 24) {
-      put_byte(c, byte);
-    } else {
-      int i;
-      for (i = 0; i < 4; ++i) put_byte(c, c->high >> (24 - 8 * i) & 255);
+/* Runs of absent and of present ids, in turns. */
+static void code_members(walk* w, pvs_group* g) {
+  uint32_t k = 0, next = 0;
+  g->member_count = code_plain(w, g->member_count, 32);
+  if (g->member_count > g->object_count) w->damaged = 1;
+  while (k < g->member_count && !w->damaged) {
+    uint32_t gap = 0, run = 0;
+    if (w->mode != kRead) {
+      gap = g->members[k] - next;
+      while (k + run + 1 < g->member_count && g->members[k + run + 1] == g->members[k] + run + 1)
+        ++run;
     }
-  }
-  return c->out;
-}
-
-static int code_bit(pvs_coder* c, uint32_t one, int bit) {
-  const uint32_t middle = c->low + (uint32_t)((uint64_t)(c->high - c->low) * one >> 16);
-  if (c->out == NULL) bit = c->code <= middle;
-  if (bit)
-    c->high = middle;
-  else
-    c->low = middle + 1;
-  while ((c->low ^ c->high) >> 24 == 0) {
-    if (c->out != NULL)
-      put_byte(c, c->high >> 24);
-    else
-      c->code = c->code << 8 | (c->in < c->in_end ? *c->in++ : 0u);
-    c->low <<= 8;
-    c->high = c->high << 8 | 255;
-  }
-  return bit;
-}
-
-static int learn_bit(pvs_coder* c, chance* p, int bit) {
-  /* 65536 / (n + 1.5): the first bits teach the most. */
-  static const uint16_t kStep[kMostTaught + 1] = {
-      43690, 26214, 18724, 14563, 11915, 10082, 8738, 7710, 6898, 6241, 5698, 5242, 4854, 4519,
-      4228,  3971,  3744,  3542,  3360,  3196,  3048, 2912, 2788, 2674, 2570, 2473, 2383, 2299,
-      2221,  2148,  2080,  2016,  1956,  1899,  1846, 1795, 1747, 1702, 1659, 1618, 1579};
-  int32_t one = p->one;
-  bit = code_bit(c, p->one, bit);
-  one += (int32_t)((bit ? 65535 - one : -one) * (int64_t)kStep[p->taught] / 65536);
-  if (one < kLeastChance) one = kLeastChance;
-  if (one > 65535 - kLeastChance) one = 65535 - kLeastChance;
-  p->one = (uint16_t)one;
-  if (p->taught < kMostTaught) ++p->taught;
-  return bit;
-}
-
-static uint32_t code_plain(pvs_coder* c, uint32_t value, unsigned bits) {
-  uint32_t read = 0;
-  while (bits-- > 0) read = read << 1 | (uint32_t)code_bit(c, 32768, (int)(value >> bits & 1));
-  return read;
-}
-
-static void fill(chance* chances, size_t count, uint16_t one) {
-  size_t i;
-  for (i = 0; i < count; ++i) {
-    chances[i].one = one;
-    chances[i].taught = 0;
+    gap = code_run(w, kKindsOfMembers, gap);
+    run = code_run(w, kKindsOfMembers + 1, run);
+    if (run >= g->member_count - k || gap > g->object_count - next ||
+        run >= g->object_count - next - gap) {
+      w->damaged = 1;
+      return;
+    }
+    for (next += gap, ++run; run > 0; --run) g->members[k++] = next++;
   }
 }
 
-/* The number of members, then the gaps between them: how many bits a gap has, then these. */
-static int code_members(pvs_coder* c, pvs_group* g) {
-  enum { kLengths = 32, kKinds = 4 };
-  chance lengths[kKinds * kLengths];
-  uint32_t k, next = 0, kind = 0;
-  const int reading = c->out == NULL;
-  fill(lengths, kKinds * kLengths, 32768);
-  g->member_count = code_plain(c, g->member_count, 32);
-  if (g->member_count > g->object_count) return 0;
-  for (k = 0; k < g->member_count; ++k) {
-    uint32_t gap = reading ? 0 : g->members[k] - next + 1, length = 0;
-    while (length + 1 < kLengths &&
-           learn_bit(c, &lengths[kind * kLengths + length], !reading && gap >> (length + 1) != 0))
-      ++length;
-    gap = 1u << length | code_plain(c, gap & ((1u << length) - 1), length);
-    if (gap - 1 >= g->object_count - next) return 0;
-    next += gap - 1;
-    g->members[k] = next++;
-    if (reading) g->rows[k] = 0;
-    kind = length < kKinds ? length : kKinds - 1;
+/* Some of the members, in order, from a place on. */
+typedef struct place {
+  uint32_t word;
+  uint64_t rest; /* of the mask's word: those not yet passed */
+} place;
+
+/* Passes n of those in the mask; in `turned` (or NULL) they are noted. 0: there are fewer. */
+static int pass(const uint64_t* mask, uint32_t words, place* at, uint32_t n, uint64_t* turned) {
+  while (n > 0) {
+    const uint32_t here = count_of(at->rest);
+    uint64_t left = 0;
+    if (n < here) {
+      uint32_t k;
+      left = at->rest;
+      for (k = 0; k < n; ++k) left &= left - 1;
+    }
+    if (turned != NULL) turned[at->word] |= at->rest & ~left;
+    at->rest = left;
+    n = n < here ? 0 : n - here;
+    if (at->rest != 0) continue;
+    do {
+      if (++at->word >= words) return n == 0;
+      at->rest = mask[at->word];
+    } while (at->rest == 0);
   }
   return 1;
 }
 
-#define BIT(row, i) ((row) >> (i)&1u)
+/* How many of those in the mask follow, from the place on, before one that is in `turned`, or, with
+ * `flip` all ones, before one that is not. */
+static uint32_t length_of(const uint64_t* mask, uint32_t words, place at, const uint64_t* turned,
+                          uint64_t flip) {
+  uint32_t n = 0;
+  while (at.word < words) {
+    const uint64_t ends = at.rest & (turned[at.word] ^ flip);
+    if (ends != 0) return n + count_of(at.rest & ((ends & (0 - ends)) - 1));
+    n += count_of(at.rest);
+    if (++at.word < words) at.rest = mask[at.word];
+  }
+  return n;
+}
 
-/* The bits of node i, for all members. What is likely is judged by the same member in the two nodes
- * before and in the parent, and by the member before: whether it is set, and was a surprise. */
-static void code_row(pvs_coder* c, pvs_group* g, uint32_t i, chance* visible, chance* seen) {
-  const unsigned p = g->parent[i] == PVS_NOT_IN_GROUP ? (i > 0 ? i - 1 : 0) : g->parent[i];
-  const uint32_t before = (1u << i) - 1;
-  uint32_t k, left = 0, left_turned = 0, left2_turned = 0, left_seen = 0, seen_turned = 0;
-  for (k = 0; k < g->member_count; ++k) {
-    const uint32_t row = g->rows[k];
-    const uint32_t p1 = i > 0 ? BIT(row, i - 1) : 0, p2 = i > 1 ? BIT(row, i - 2) : 0;
-    const uint32_t p3 = i > 2 ? BIT(row, i - 3) : 0, parent = i > 0 ? BIT(row, p) : 0;
-    const uint32_t s1 = i > 0 ? BIT(row, 15 + i) : 0, s2 = i > 1 ? BIT(row, 14 + i) : 0;
-    const uint32_t right = i > 0 && k + 1 < g->member_count ? BIT(g->rows[k + 1], i - 1) : 0;
-    const uint32_t any = (row & before) != 0, any_seen = (row >> 16 & before) != 0;
-    uint32_t at = p1 << 9 | parent << 8 | p2 << 7 | s1 << 6 | p3 << 5 | left << 4 |
-                  left_turned << 3 | left2_turned << 2 | right << 1 | any;
-    const uint32_t bit =
-        (uint32_t)learn_bit(c, &visible[i == 0 ? 1024 + left : at], (int)BIT(row, i));
-    uint32_t is_seen = 0;
-    if (bit && g->has_seen) {
-      at = s1 << 7 | p1 << 6 | BIT(row, 16 + p) << 5 | s2 << 4 | left_seen << 3 | seen_turned << 2 |
-           any_seen << 1 | left;
-      is_seen = (uint32_t)learn_bit(c, &seen[i == 0 ? 256 + left_seen * 2 + left : at],
-                                    (int)BIT(row, 16 + i));
-      seen_turned = is_seen != s1;
+static place first_of(const uint64_t* mask, uint32_t words) {
+  place at = {0, 0};
+  while (at.word < words && mask[at.word] == 0) ++at.word;
+  if (at.word < words) at.rest = mask[at.word];
+  return at;
+}
+
+/* The number of runs of turned ones among those in the mask. */
+static uint32_t runs_in(const uint64_t* mask, uint32_t words, const uint64_t* turned) {
+  uint32_t runs = 0;
+  uint64_t k, before = 0;
+  for (k = 0; k < words; ++k) {
+    uint64_t rest;
+    for (rest = mask[k]; rest != 0; rest &= rest - 1) {
+      const uint64_t now = (rest & (0 - rest) & turned[k]) != 0;
+      runs += (uint32_t)(now & ~before & 1);
+      before = now;
     }
-    if (c->out == NULL) g->rows[k] = row | bit << i | is_seen << (16 + i);
-    left2_turned = left_turned;
-    left_turned = bit != p1;
-    left = bit;
-    left_seen = is_seen;
+  }
+  return runs;
+}
+
+/* Which of those in the mask are turned: how many runs; of each how many are passed, its length. */
+static void code_turned(walk* w, unsigned kind, uint32_t runs, const uint64_t* mask, uint32_t words,
+                        uint64_t* turned) {
+  place at = first_of(mask, words);
+  for (; runs > 0 && !w->damaged; --runs) {
+    uint32_t n = w->mode == kRead ? 0 : length_of(mask, words, at, turned, 0);
+    n = code_run(w, kind + 1, n);
+    if (!pass(mask, words, &at, n, NULL) || at.word >= words) {
+      w->damaged = 1;
+      return;
+    }
+    n = w->mode == kRead ? 0 : length_of(mask, words, at, turned, ~(uint64_t)0) - 1;
+    n = code_run(w, kind + 2, n);
+    if (n == 0xffffffffu || !pass(mask, words, &at, n + 1, w->mode == kRead ? turned : NULL))
+      w->damaged = 1;
   }
 }
 
-int pvs_code_group(pvs_coder* c, pvs_group* g, uint32_t last) {
-  chance visible[1024 + 2], seen[256 + 4];
-  uint32_t i;
-  if (!code_members(c, g)) {
-    g->member_count = 0;
-    return 0;
+/* The rows a row is told by: the nearest and the next. */
+typedef struct likes {
+  const uint64_t *visible[2], *seen[2];
+} likes;
+
+static uint32_t distance(const uint64_t* a, const uint64_t* b, uint32_t words) {
+  uint32_t n = 0, k;
+  for (k = 0; k < words; ++k) n += count_of(a[k] ^ b[k]);
+  return n;
+}
+
+static void choose_likes(const pvs_group* g, uint32_t words, uint32_t i, uint32_t chosen[2]) {
+  uint32_t least[2] = {0xffffffffu, 0xffffffffu}, j = i;
+  const uint64_t* row = g->visible + (size_t)i * g->word_count;
+  chosen[0] = chosen[1] = i - 1;
+  while (j-- > 0) {
+    const uint32_t d = distance(row, g->visible + (size_t)j * g->word_count, words);
+    if (d < least[0]) {
+      least[1] = least[0];
+      chosen[1] = chosen[0];
+      least[0] = d;
+      chosen[0] = j;
+    } else if (d < least[1]) {
+      least[1] = d;
+      chosen[1] = j;
+    }
   }
-  fill(visible, 1024 + 2, 3000);
-  fill(visible + 512, 256, 40000); /* the node before sees it, the parent does not */
-  fill(visible + 768, 256, 62000); /* both do */
-  fill(seen, 256 + 4, 20000);
-  fill(seen + 128, 128, 60000);
-  for (i = 0; i <= last && i < g->nodes; ++i) code_row(c, g, i, visible, seen);
+}
+
+static int code_likes(walk* w, const pvs_group* g, uint32_t words, uint32_t i, likes* l) {
+  uint32_t chosen[2] = {0, 0}, k;
+  if (i == 0) return 1;
+  if (w->mode != kRead) choose_likes(g, words, i, chosen);
+  for (k = 0; k < 2; ++k) {
+    if (i > 1) chosen[k] = code_plain(w, chosen[k], kRowBits);
+    if (chosen[k] >= i) return 0;
+    l->visible[k] = g->visible + (size_t)chosen[k] * g->word_count;
+    l->seen[k] = g->seen + (size_t)chosen[k] * g->word_count;
+  }
   return 1;
+}
+
+enum { kVisibleClasses = 8, kSeenClasses = 7 };
+
+/* The members of a class: by the two rows like this, whether the first also saw them for certain,
+ * and whether any row had them. */
+static void visible_class(const likes* l, const uint64_t* any, uint32_t class_index, uint32_t words,
+                          uint64_t* mask) {
+  const uint64_t *a = l->visible[0], *b = l->visible[1], *s = l->seen[0];
+  uint32_t k;
+#define MASK(word)                              \
+  for (k = 0; k < words; ++k) mask[k] = (word); \
+  return
+  switch (class_index) {
+    case 0:
+      MASK(~any[k]);
+    case 1:
+      MASK(any[k] & ~a[k] & ~b[k]);
+    case 2:
+      MASK(any[k] & ~a[k] & b[k]);
+    case 3:
+      MASK(a[k] & ~b[k] & ~s[k]);
+    case 4:
+      MASK(a[k] & ~b[k] & s[k]);
+    case 5:
+      MASK(a[k] & b[k] & ~s[k]);
+    default:
+      MASK(a[k] & b[k] & s[k]);
+  }
+}
+
+/* Of the visible ones, by whether the rows like this saw them and saw them for certain. */
+static void seen_class(const likes* l, const uint64_t* row, uint32_t class_index, uint32_t words,
+                       uint64_t* mask) {
+  const uint64_t *a = l->visible[0], *s = l->seen[0], *t = l->seen[1];
+  uint32_t k;
+  switch (class_index) {
+    case 0:
+      MASK(row[k] & ~a[k] & ~t[k]);
+    case 1:
+      MASK(row[k] & ~a[k] & t[k]);
+    case 2:
+      MASK(row[k] & a[k] & ~s[k] & ~t[k]);
+    case 3:
+      MASK(row[k] & a[k] & ~s[k] & t[k]);
+    case 4:
+      MASK(row[k] & s[k] & ~t[k]);
+    default:
+      MASK(row[k] & s[k] & t[k]);
+  }
+#undef MASK
+}
+
+/* Class by class which members turn against the nearest row. The last class is of the first row. */
+static void code_visible(walk* w, const pvs_group* g, uint32_t words, uint32_t i, const likes* l) {
+  uint64_t *const row = g->visible + (size_t)i * g->word_count, *const any = g->work;
+  uint64_t *const mask = any + g->word_count, *const turned = mask + g->word_count;
+  uint32_t c, k;
+  for (k = 0; k < words; ++k)
+    turned[k] = w->mode == kRead ? 0 : row[k] ^ (i == 0 ? 0 : l->visible[0][k]);
+  for (c = i == 0 ? kVisibleClasses - 1 : 0; c < (i == 0 ? 8u : 7u); ++c) {
+    const unsigned kind = kKindsOfRows + kKindsOfClass * c;
+    uint32_t runs = 0;
+    if (w->mode == kRead && (runs = code_run(w, kind, 0)) == 0) continue;
+    if (i > 0)
+      visible_class(l, any, c, words, mask);
+    else if (words > 0)
+      memset(mask, 255, (size_t)words * 8);
+    if (words > 0) mask[words - 1] &= ~(uint64_t)0 >> (64 * words - g->member_count);
+    if (w->mode != kRead) runs = code_run(w, kind, runs_in(mask, words, turned));
+    code_turned(w, kind, runs, mask, words, turned);
+  }
+  for (k = 0; k < words; ++k) {
+    if (w->mode == kRead) row[k] = turned[k] ^ (i == 0 ? 0 : l->visible[0][k]);
+    any[k] = row[k] | (i == 0 ? 0 : any[k]);
+  }
+}
+
+/* Of the visible ones: as in the row like this, or, where that had not even seen them, seen. */
+static void code_seen(walk* w, const pvs_group* g, uint32_t words, uint32_t i, const likes* l) {
+  const uint64_t* const visible = g->visible + (size_t)i * g->word_count;
+  uint64_t* const row = g->seen + (size_t)i * g->word_count;
+  uint64_t *const mask = g->work + g->word_count, *const turned = mask + g->word_count;
+  uint32_t c, k;
+#define LIKELY(k) (i == 0 ? ~(uint64_t)0 : l->seen[0][k] | ~l->visible[0][k])
+  for (k = 0; k < words; ++k) turned[k] = w->mode == kRead ? 0 : (row[k] ^ LIKELY(k)) & visible[k];
+  for (c = i == 0 ? kSeenClasses - 1 : 0; c < (i == 0 ? 7u : 6u); ++c) {
+    const unsigned kind = kKindsOfRows + kKindsOfClass * (kVisibleClasses + c);
+    uint32_t runs = 0;
+    if (w->mode == kRead && (runs = code_run(w, kind, 0)) == 0) continue;
+    if (i > 0)
+      seen_class(l, visible, c, words, mask);
+    else if (words > 0)
+      memcpy(mask, visible, (size_t)words * 8);
+    if (w->mode != kRead) runs = code_run(w, kind, runs_in(mask, words, turned));
+    code_turned(w, kind, runs, mask, words, turned);
+  }
+  for (k = 0; w->mode == kRead && k < words; ++k) row[k] = (turned[k] ^ LIKELY(k)) & visible[k];
+#undef LIKELY
+}
+
+static void code_group(walk* w, pvs_group* g, uint32_t last) {
+  const unsigned kinds =
+      g->has_seen ? PVS_RUN_KINDS : kKindsOfRows + kKindsOfClass * kVisibleClasses;
+  uint32_t i, words;
+  for (i = 0; i < kinds; ++i) w->rice[i] = code_plain(w, w->rice[i], kRiceBits);
+  code_members(w, g);
+  words = g->member_count / 64 + (g->member_count % 64 != 0);
+  for (i = 0; i <= last && i < g->leaves && !w->damaged; ++i) {
+    likes l = {{NULL, NULL}, {NULL, NULL}};
+    if (!code_likes(w, g, words, i, &l)) {
+      w->damaged = 1;
+      return;
+    }
+    code_visible(w, g, words, i, &l);
+    if (g->has_seen) {
+      code_seen(w, g, words, i, &l);
+    } else if (w->mode == kRead) {
+      memset(g->seen + (size_t)i * g->word_count, 0, (size_t)words * 8);
+    }
+  }
+}
+
+uint64_t pvs_group_words(uint32_t object_count) {
+  const uint64_t row = object_count / 64 + (object_count % 64 != 0);
+  return (object_count + (uint64_t)1) / 2 + (2 * PVS_GROUP_LEAVES + 3) * row;
+}
+
+void pvs_group_place(pvs_group* g, uint64_t* words) {
+  g->word_count = g->object_count / 64 + (g->object_count % 64 != 0);
+  g->visible = words;
+  g->seen = g->visible + (size_t)PVS_GROUP_LEAVES * g->word_count;
+  g->work = g->seen + (size_t)PVS_GROUP_LEAVES * g->word_count;
+  g->members = (uint32_t*)(void*)(g->work + (size_t)3 * g->word_count);
+}
+
+int pvs_read_group(pvs_group* g, const unsigned char* begin, const unsigned char* end,
+                   uint32_t last) {
+  walk w;
+  memset(&w.bits, 0, sizeof w.bits);
+  w.mode = kRead;
+  w.damaged = 0;
+  w.bits.in = begin;
+  w.bits.in_end = end;
+  code_group(&w, g, last);
+  return !w.damaged;
+}
+
+unsigned char* pvs_write_group(pvs_group* g, unsigned char* begin, unsigned char* end) {
+  walk w;
+  uint32_t kind, k;
+  memset(&w, 0, sizeof w);
+  w.mode = kCount;
+  code_group(&w, g, g->leaves - 1);
+  for (kind = 0; kind < PVS_RUN_KINDS; ++kind)
+    for (k = 0; k <= kMostRice; ++k)
+      if (w.cost[kind][k] < w.cost[kind][w.rice[kind]]) w.rice[kind] = k;
+  w.mode = kWrite;
+  w.bits.out = begin;
+  w.bits.out_end = end;
+  code_group(&w, g, g->leaves - 1);
+  if (w.bits.count > 0) put_bits(&w.bits, 0, 8 - w.bits.count);
+  return w.bits.overflow ? NULL : w.bits.out;
 }

@@ -26,6 +26,15 @@ class ByteWriter {
   }
   // In the lowest `width` bytes.
   void put_number(std::uint64_t value, int width) { put(value, width); }
+  // Each in `width` bits, one behind the other from the lowest bit on; then zeros to the next byte.
+  void put_bits(std::span<const std::uint64_t> values, int width) {
+    const std::size_t begin = bytes_.size();
+    bytes_.resize(begin + (values.size() * static_cast<std::size_t>(width) + 7) / 8);
+    std::size_t at = 8 * begin;
+    for (const std::uint64_t value : values)
+      for (int i = 0; i < width; ++i, ++at)
+        bytes_[at / 8] |= static_cast<std::byte>((value >> i & 1) << (at % 8));
+  }
   void put_bytes(std::span<const std::byte> data) {
     bytes_.insert(bytes_.end(), data.begin(), data.end());
   }

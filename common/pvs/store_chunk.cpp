@@ -13,9 +13,11 @@ namespace {
 
 static_assert(PVS_NODE_FIELDS == 16 && PVS_NODE_BOX == 0);
 
-// A word's bits, node by node: what pvs_group::rows holds of its objects.
-struct Members {
-  std::vector<std::uint32_t> ids, rows;
+// What pvs_group points to.
+struct Rows {
+  std::vector<std::uint32_t> members;
+  std::size_t words = 0;
+  std::vector<std::uint64_t> visible, seen, work;
 };
 
 }  // namespace
@@ -63,13 +65,16 @@ void ChunkBuilder::add(const StoreNode& node, std::uint32_t index, std::uint32_t
     made.box[3 + a] = node.cell.hi[a];
   }
   const auto visible = node.visible.words(), seen = node.seen.words();
-  for (std::size_t position = 0; position < visible.size(); ++position)
-    if ((visible[position] | seen[position]) != 0)
-      made.words.push_back(
-          {static_cast<std::uint32_t>(position), visible[position], seen[position]});
+  made.leaf = node.leaf;
+  // What is not visible is not kept: it could not be told.
+  for (std::size_t position = 0; node.leaf && position < visible.size(); ++position)
+    if (visible[position] != 0)
+      made.words.push_back({static_cast<std::uint32_t>(position), visible[position],
+                            visible[position] & seen[position]});
   universe_ = node.visible.universe();
   words_held_ += made.words.size();
-  has_seen_ = has_seen_ || sizes.seen_objects > 0;
+  leaf_count_ += node.leaf ? 1 : 0;
+  has_seen_ = has_seen_ || (node.leaf && sizes.seen_objects > 0);
   nodes_.push_back(std::move(made));
 }
 
@@ -90,72 +95,91 @@ std::vector<std::uint64_t> ChunkBuilder::number_coordinates() {
 
 void ChunkBuilder::put_columns(ByteWriter& heads, ByteWriter& numbers) const {
   for (std::size_t field = 0; field < PVS_NODE_FIELDS; ++field) {
+    std::vector<std::uint64_t> column;
+    for (const Node& node : nodes_)
+      if (node.leaf || field < PVS_LEAF_FIELDS) column.push_back(node.fields[field]);
     // Signed, as ids of roots are: differences are right modulo 2^64 either way.
-    const auto less = [field](const Node& a, const Node& b) {
-      return static_cast<std::int64_t>(a.fields[field]) <
-             static_cast<std::int64_t>(b.fields[field]);
+    const auto less = [](std::uint64_t a, std::uint64_t b) {
+      return static_cast<std::int64_t>(a) < static_cast<std::int64_t>(b);
     };
-    const auto [least, most] = std::minmax_element(nodes_.begin(), nodes_.end(), less);
-    const std::uint64_t base = least->fields[field];
-    const int width = ByteWriter::width_of(most->fields[field] - base);
+    std::uint64_t base = 0, most = 0;
+    if (!column.empty()) {
+      base = *std::min_element(column.begin(), column.end(), less);
+      most = *std::max_element(column.begin(), column.end(), less);
+    }
+    for (std::uint64_t& number : column) number -= base;
+    const int width = std::bit_width(most - base);
     heads.put_u64(base);
     heads.put_u32(static_cast<std::uint32_t>(width));
     heads.put_u32(0);
-    for (const Node& node : nodes_) numbers.put_number(node.fields[field] - base, width);
+    numbers.put_bits(column, width);
   }
   numbers.pad();
 }
 
-void ChunkBuilder::put_group(std::span<const Node> nodes, bool has_seen, ByteWriter& out) const {
-  // 1. Who is in it, and seen by which of its nodes.
-  std::map<std::uint32_t, std::array<std::uint32_t, 64>> rows_of_word;
-  pvs_group group{};
-  group.nodes = static_cast<std::uint32_t>(nodes.size());
-  for (std::uint32_t i = 0; i < nodes.size(); ++i) {
-    const std::uint64_t back = nodes[i].fields[PVS_NODE_PARENT];
-    group.parent[i] =
-        static_cast<unsigned char>(back > 0 && back <= i ? i - back : PVS_NOT_IN_GROUP);
-    for (const Word& word : nodes[i].words) {
-      auto& rows = rows_of_word[word.position];
-      for (std::uint64_t rest = word.visible | word.seen; rest != 0; rest &= rest - 1) {
+void ChunkBuilder::put_group(std::span<const Node* const> leaves, ByteWriter& out) const {
+  // 1. Who is in it.
+  std::map<std::uint32_t, std::uint64_t> word_at;
+  for (const Node* leaf : leaves)
+    for (const Word& word : leaf->words) word_at[word.position] |= word.visible;
+  std::map<std::uint32_t, std::uint32_t> number_of_first;  // of each word's members
+  Rows rows;
+  for (const auto& [position, word] : word_at) {
+    number_of_first[position] = static_cast<std::uint32_t>(rows.members.size());
+    for (std::uint64_t rest = word; rest != 0; rest &= rest - 1)
+      rows.members.push_back(position * 64 + static_cast<std::uint32_t>(std::countr_zero(rest)));
+  }
+
+  // 2. Seen by which of its leaves.
+  rows.words = (rows.members.size() + 63) / 64;
+  rows.visible.resize(leaves.size() * rows.words);
+  rows.seen.resize(leaves.size() * rows.words);
+  rows.work.resize(3 * rows.words);
+  for (std::size_t i = 0; i < leaves.size(); ++i)
+    for (const Word& word : leaves[i]->words) {
+      std::size_t number = number_of_first.at(word.position);
+      for (std::uint64_t rest = word_at.at(word.position); rest != 0; rest &= rest - 1, ++number) {
         const int bit = std::countr_zero(rest);
-        rows[static_cast<std::size_t>(bit)] |=
-            static_cast<std::uint32_t>(word.visible >> bit & 1) << i |
-            static_cast<std::uint32_t>(word.seen >> bit & 1) << (16 + i);
+        const std::size_t at = i * rows.words + number / 64;
+        rows.visible[at] |= (word.visible >> bit & 1) << (number % 64);
+        rows.seen[at] |= (word.seen >> bit & 1) << (number % 64);
       }
     }
-  }
-  Members members;
-  for (const auto& [position, rows] : rows_of_word)
-    for (std::uint32_t bit = 0; bit < 64; ++bit) {
-      if (rows[bit] == 0) continue;
-      members.ids.push_back(position * 64 + bit);
-      members.rows.push_back(rows[bit]);
-    }
 
-  // 2. As bits. None costs more than two bytes.
+  // 3. As bits. A turn costs no more than two runs, and no run more than this.
+  pvs_group group{};
+  group.leaves = static_cast<std::uint32_t>(leaves.size());
   group.object_count = universe_;
-  group.has_seen = has_seen ? 1 : 0;
-  group.member_count = static_cast<std::uint32_t>(members.ids.size());
-  group.members = members.ids.data();
-  group.rows = members.rows.data();
-  std::vector<std::byte> bytes(64 + members.ids.size() * (64 + 2 * nodes.size()) * 2);
-  auto* const begin = reinterpret_cast<unsigned char*>(bytes.data());
-  pvs_coder coder;
-  pvs_coder_write(&coder, begin, begin + bytes.size());
-  pvs_code_group(&coder, &group, group.nodes - 1);
-  const unsigned char* const end = pvs_coder_finish(&coder);
-  PVS_CHECK_EQ(coder.overflow, 0);
-  out.put_bytes(std::span(bytes).first(static_cast<std::size_t>(end - begin)));
+  group.has_seen = has_seen_ ? 1 : 0;
+  group.member_count = static_cast<std::uint32_t>(rows.members.size());
+  group.word_count = static_cast<std::uint32_t>(rows.words);
+  group.members = rows.members.data();
+  group.visible = rows.visible.data();
+  group.seen = rows.seen.data();
+  group.work = rows.work.data();
+  std::vector<std::byte> bytes(4096);
+  for (;; bytes.resize(2 * bytes.size())) {
+    auto* const begin = reinterpret_cast<unsigned char*>(bytes.data());
+    const unsigned char* const end = pvs_write_group(&group, begin, begin + bytes.size());
+    if (end == nullptr) continue;
+    out.put_bytes(std::span(bytes).first(static_cast<std::size_t>(end - begin)));
+    return;
+  }
 }
 
 ByteWriter ChunkBuilder::take() {
   const std::vector<std::uint64_t> coordinates = number_coordinates();
+  std::vector<const Node*> leaves;
+  std::vector<std::uint64_t> leaf_bits;
+  for (const Node& node : nodes_) {
+    leaf_bits.push_back(node.leaf ? 1 : 0);
+    if (node.leaf) leaves.push_back(&node);
+  }
   ByteWriter groups;
   std::vector<std::uint32_t> ends;
-  for (std::size_t first = 0; first < nodes_.size(); first += PVS_GROUP_NODES) {
-    const std::size_t count = std::min<std::size_t>(PVS_GROUP_NODES, nodes_.size() - first);
-    put_group(std::span(nodes_).subspan(first, count), has_seen_, groups);
+  for (std::size_t first = 0; first < leaves.size(); first += PVS_GROUP_LEAVES) {
+    const std::size_t count = std::min<std::size_t>(PVS_GROUP_LEAVES, leaves.size() - first);
+    put_group(std::span(leaves).subspan(first, count), groups);
     ends.push_back(static_cast<std::uint32_t>(groups.size()));
   }
 
@@ -165,8 +189,10 @@ ByteWriter ChunkBuilder::take() {
   out.put_u32(static_cast<std::uint32_t>(coordinates.size()));
   out.put_u32(has_seen_ ? 2 : 1);
   out.put_u32(static_cast<std::uint32_t>(groups.size()));
-  out.put_u32(0);
+  out.put_u32(leaf_count_);
   put_columns(out, numbers);
+  out.put_bits(leaf_bits, 1);
+  out.pad();
   out.put_bytes(numbers.bytes());
   for (const Frame& frame : frames_)
     for (const std::uint64_t bits : frame) out.put_u64(bits);

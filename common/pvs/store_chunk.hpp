@@ -1,5 +1,5 @@
-// Builds one chunk of a store: a run of nodes as columns of numbers, and their sets in groups of 16
-// nodes (docs/store_format.md).
+// Builds one chunk of a store: a run of nodes as columns of numbers, and the sets of its leaves in
+// groups of 32 (docs/store_format.md).
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ namespace pvsfarm {
 inline constexpr std::uint32_t kMaxChunkNodes = 1024;
 inline constexpr std::size_t kMaxChunkWords = std::size_t{1} << 20;  // non-zero, of all its sets
 
-// What a node says of its sets without their rows.
+// What a leaf says of its sets without their rows.
 struct NodeSizes {
   std::uint32_t visible_objects = 0, visible_triangles = 0;
   std::uint32_t seen_objects = 0, seen_triangles = 0;
@@ -42,7 +42,8 @@ class ChunkBuilder {
   struct Node {
     std::array<std::uint64_t, 16> fields;  // of the format, in its order, but for the box
     std::array<double, 6> box;
-    std::vector<Word> words;  // where either set holds anything
+    std::vector<Word> words;  // of a leaf: where its set holds anything
+    bool leaf = false;
   };
   using Frame = std::array<std::uint64_t, 12>;  // bit patterns: -0 and NaN are kept apart
 
@@ -50,13 +51,14 @@ class ChunkBuilder {
   // The distinct bit patterns of all boxes, ascending, and each box as numbers of them.
   std::vector<std::uint64_t> number_coordinates();
   void put_columns(ByteWriter& heads, ByteWriter& numbers) const;
-  void put_group(std::span<const Node> group, bool has_seen, ByteWriter& out) const;
+  void put_group(std::span<const Node* const> leaves, ByteWriter& out) const;
 
   std::vector<Node> nodes_;
   std::uint32_t universe_ = 0;
   std::map<Frame, std::uint32_t> frame_numbers_;
   std::vector<Frame> frames_;
   std::size_t words_held_ = 0;
+  std::uint32_t leaf_count_ = 0;
   bool has_seen_ = false;
 };
 

@@ -173,6 +173,10 @@ Result<StoredNode> StoreReader::node(std::uint32_t index) {
 
 Result<StoredSets> StoreReader::sets(std::uint32_t index) {
   if (Status status = verify_node(index); !status) return status.error();
+  const std::uint64_t end = std::min<std::uint64_t>(subtree_end(store_.get(), index), node_count());
+  const std::uint32_t last = pvs_block_of_node(store_.get(), static_cast<std::uint32_t>(end - 1));
+  for (std::uint32_t block = pvs_block_of_node(store_.get(), index); block <= last; ++block)
+    if (Status status = verify(block); !status) return status.error();
   std::vector<std::uint64_t> visible(store_->word_count), seen(store_->word_count);
   scratch_.resize(pvs_scratch_words(store_.get()));
   if (pvs_read_sets(store_.get(), index, visible.data(), seen.data(), scratch_.data()) != PVS_OK)

@@ -33,7 +33,7 @@ struct StoredNode {
   std::uint32_t end = 0;     // the index after its last descendant
   bool leaf = true, quarantined = false;
   LeafReason reason = LeafReason::kNone;  // why it is a leaf
-  SetSize visible, seen;                  // of its sets
+  SetSize visible, seen;                  // of a leaf's sets; 0 of an inner node
   Cell cell;
 };
 
@@ -67,7 +67,8 @@ class StoreReader {
   // Names are views of the file. Errors of this and all that follow: kInvalidInput (damaged).
   Result<std::vector<StoreObject>> objects();
   Result<StoredNode> node(std::uint32_t index);  // Requires: index < node_count()
-  Result<StoredSets> sets(std::uint32_t index);  // the same
+  // The same. An inner node's are the unions of its leaves'.
+  Result<StoredSets> sets(std::uint32_t index);
   // All leaf cells that hold `point` (z up), ascending.
   Result<std::vector<std::uint32_t>> leaves_at(const Vec3& point);
 

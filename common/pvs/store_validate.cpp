@@ -15,11 +15,6 @@ class Validation {
   Status run();
 
  private:
-  struct Ancestor {
-    StoredNode node;
-    VisibleSet visible;
-  };
-
   Status check_digest();
   Status check_node(const StoredNode& node);
   Status check_sets(const StoredNode& node, const StoredSets& sets);
@@ -29,7 +24,7 @@ class Validation {
   StoreReader& reader_;
   const pvs_store& raw_ = reader_.raw();
   std::vector<StoreObject> objects_;
-  std::vector<Ancestor> ancestors_;
+  std::vector<StoredNode> ancestors_;
   std::vector<bool> is_root_;
   std::uint32_t leaf_count_ = 0;
 };
@@ -52,14 +47,14 @@ Error Validation::wrong(const StoredNode& node, const std::string& what) const {
 
 // Where the node stands in the hierarchy.
 Status Validation::check_node(const StoredNode& node) {
-  if (!ancestors_.empty() && !(ancestors_.back().node.key < node.key))
+  if (!ancestors_.empty() && !(ancestors_.back().key < node.key))
     return wrong(node, "does not follow the cell before it");
-  while (!ancestors_.empty() && ancestors_.back().node.end <= node.index) ancestors_.pop_back();
+  while (!ancestors_.empty() && ancestors_.back().end <= node.index) ancestors_.pop_back();
   if (node.key.is_root()) {
     if (!ancestors_.empty() || node.parent != -1) return wrong(node, "is a root with a parent");
   } else {
     if (ancestors_.empty()) return wrong(node, "has lost its parent");
-    const StoredNode& parent = ancestors_.back().node;
+    const StoredNode& parent = ancestors_.back();
     if (node.parent != parent.index || node.key.parent() != parent.key ||
         node.root_id != parent.root_id || node.end > parent.end || parent.leaf)
       return wrong(node, "does not fit its parent");
@@ -80,8 +75,6 @@ Status Validation::check_sets(const StoredNode& node, const StoredSets& sets) {
   };
   if (node.visible != size_of(sets.visible) || node.seen != size_of(sets.seen))
     return wrong(node, "counts other objects or triangles than its sets hold");
-  if (!ancestors_.empty() && !sets.visible.subset_of(ancestors_.back().visible))
-    return wrong(node, "sees what its parent does not");
   return {};
 }
 
@@ -118,10 +111,11 @@ Status Validation::run() {
     const Result<StoredNode> node = reader_.node(i);
     if (!node) return node.error();
     if (Status status = check_node(*node); !status) return status;
-    Result<StoredSets> sets = reader_.sets(i);
+    ancestors_.push_back(*node);
+    if (!node->leaf) continue;  // its sets are those of its leaves
+    const Result<StoredSets> sets = reader_.sets(i);
     if (!sets) return sets.error();
     if (Status status = check_sets(*node, *sets); !status) return status;
-    ancestors_.push_back({*node, std::move(sets->visible)});
   }
   if (leaf_count_ != reader_.leaf_count())
     return reader_.damage("the number of leaves", raw_.size - PVS_TAIL_BYTES + PVS_TAIL_LEAVES);

@@ -43,6 +43,7 @@ struct StoreNode {
   LeafReason reason = LeafReason::kNoBudget;  // of a leaf that is not quarantined
   bool quarantined = false;  // never evaluated: keeps its parent's PVS, the bake is incomplete
   Cell cell;
+  // Of a leaf. An inner node's sets are not kept: they are the unions of its leaves'.
   VisibleSet visible;
   // Certified seen; none(n) where no witnesses were sought. What is not visible is not kept, but
   // counted, and found by validate_store.

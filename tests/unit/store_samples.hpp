@@ -64,6 +64,16 @@ struct SampleShape {
   double turned = 0.3;  // share of roots
 };
 
+// What is in either, of two subsets of `all`.
+inline VisibleSet union_within(const VisibleSet& all, const VisibleSet& a, const VisibleSet& b) {
+  VisibleSet neither = all, either = all;
+  neither.remove_all(a);
+  neither.remove_all(b);
+  either.remove_all(neither);
+  return either;
+}
+
+// An inner node's sets are the unions of its leaves'.
 inline void add_subtree(SampleStore& store, const StoreNode& node, int levels, Random& random,
                         const SampleShape& shape) {
   const std::size_t at = store.nodes.size();
@@ -73,6 +83,7 @@ inline void add_subtree(SampleStore& store, const StoreNode& node, int levels, R
       levels == 0 || node.quarantined || random.unit() < 0.3 || !can_split(node.cell, axis);
   if (store.nodes[at].leaf) return;
   const auto [low, high] = split(node.cell, axis);
+  std::size_t child_at[2];
   for (const int half : {0, 1}) {
     StoreNode child = node;
     child.key = node.key.child(half);
@@ -82,8 +93,12 @@ inline void add_subtree(SampleStore& store, const StoreNode& node, int levels, R
     if (!child.quarantined) child.visible = random_subset(node.visible, shape.kept, random);
     child.seen = VisibleSet::none(shape.objects);
     if (shape.with_seen) child.seen = random_subset(child.visible, 0.8, random);
+    child_at[half] = store.nodes.size();
     add_subtree(store, child, levels - 1, random, shape);
   }
+  const StoreNode &a = store.nodes[child_at[0]], &b = store.nodes[child_at[1]];
+  store.nodes[at].visible = union_within(node.visible, a.visible, b.visible);
+  store.nodes[at].seen = union_within(node.visible, a.seen, b.seen);
 }
 
 inline SampleStore random_store(std::uint64_t seed, const SampleShape& shape = {}) {
