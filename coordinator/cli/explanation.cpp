@@ -23,12 +23,6 @@ Result<std::vector<StoredNode>> line_of_descent(StoreReader& store, std::uint32_
   return line;
 }
 
-Result<VisibleSet> set_of(StoreReader& store, const StoredNode& node) {
-  auto sets = store.sets(node.index);
-  if (!sets) return sets.error();
-  return std::move(sets->visible);
-}
-
 Result<VisibleSet> occludees_of(StoreReader& store) {
   const auto objects = store.objects();
   if (!objects) return objects.error();
@@ -137,25 +131,26 @@ Result<Explanation> explain_in_store(StoreReader& store, const SubdivisionSettin
   if (!line) return line.error();
   auto parent = occludees_of(store);
   if (!parent) return parent.error();
-  Explanation out{.asked = line->back(), .object = object, .visible = true, .node = line->back()};
+  const auto stored = store.sets(cell);
+  if (!stored) return stored.error();
+  Explanation out{.asked = line->back(),
+                  .object = object,
+                  .visible = stored->visible.contains(object),
+                  .node = line->back()};
+  // As the bake did: what a cell leaves visible is what its halves begin with, and the store does
+  // not keep it.
   for (const StoredNode& node : *line) {
-    auto visible = set_of(store, node);
-    if (!visible) return visible.error();
-    out.visible = visible->contains(object);
+    auto findings =
+        ask({{.key = node.key, .cell = node.cell, .parent = std::move(*parent), .object = object}});
+    if (!findings) return findings.error();
     out.node = node;
-    if (!out.visible || node.index == cell) break;
-    parent = std::move(visible);
+    out.pieces = {{node.key, node.cell, std::move(findings->front())}};
+    if (hides(out.pieces[0]) || node.index == cell) break;
+    *parent = out.pieces[0].finding.visible;
   }
-
-  auto findings = ask({{.key = out.node.key,
-                        .cell = out.node.cell,
-                        .parent = std::move(*parent),
-                        .object = object}});
-  if (!findings) return findings.error();
-  out.pieces.push_back({out.node.key, out.node.cell, std::move(findings->front())});
   const bool hidden = hides(out.pieces[0]);
   out.agrees = hidden != out.visible || out.node.quarantined;
-  if (!out.visible && !hidden && out.node.leaf)
+  if (!out.visible && !hidden)
     if (Status status = descend(subdivision, ask, out); !status) return status.error();
   return out;
 }

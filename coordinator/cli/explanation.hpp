@@ -29,8 +29,8 @@ struct Explanation {
     Cell cell;
     ExplainFinding finding;
   };
-  // One; or several, which tile `node`, where the object was found hidden only from parts of it
-  // that were merged again afterwards.
+  // One; or several, which tile `node`, where the object was found hidden only from parts of it:
+  // those it was split into, or those that were merged again afterwards.
   std::vector<Piece> pieces;
   // The evaluation agrees with the store. False: another version baked it, or something is broken.
   bool agrees = true;
