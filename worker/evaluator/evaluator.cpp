@@ -26,6 +26,7 @@ constexpr std::uint32_t kViewpoints = 4;   // that L_pt is looked for from
 constexpr int kAimedFactor = 2;
 constexpr int kMostRounds = 4;
 constexpr double kLeastSettled = 0.03;  // of what was open, in triangles, or it was the last round
+constexpr double kLeastSliced = 0.01;   // the same, or no other maps of the cell get slices
 constexpr int kSplits = 3, kFineSplits = 6;
 constexpr int kSweepFactor = 4;  // of pixels
 
@@ -107,7 +108,8 @@ struct Evaluator::State {
   void escalate(const Cell& cell, Cascade& cascade, Evidence* evidence);
   void slice(ProjectionProver& prover, int splits, const Cell& cell, Cascade& cascade,
              Evidence* evidence);
-  void improve(int splits, const Cell& cell, Cascade& cascade, Evidence* evidence);
+  void improve(const ProjectionProver& prover, int splits, const Cell& cell, Cascade& cascade,
+               Evidence* evidence);
   void prove_by_sweep(const Cell& cell, Cascade& cascade, Evidence* evidence);
   HintBytes hints_of(const CellDelta& delta, const Cell& cell, const VisibleSet& parent);
   void note_witness(Evidence& evidence) const;
@@ -121,6 +123,7 @@ struct Evaluator::State {
   std::unique_ptr<ProjectionProver> projection, surfaces, bare_maps;
   std::unique_ptr<SliceCover> slices;
   std::optional<CellFrame> slice_frame;  // of the cell that `slices` is prepared for
+  bool slices_pay = true;                // for it: the last ones settled enough
   std::unique_ptr<SweepProver> sweep;
   std::unique_ptr<Sampler> sampler;
   std::unique_ptr<ItemViews> views;
@@ -220,9 +223,10 @@ void Evaluator::State::escalate(const Cell& cell, Cascade& cascade, Evidence* ev
 // Adds the slices of solids to the maps of the prover's last run, and asks again.
 void Evaluator::State::slice(ProjectionProver& prover, int splits, const Cell& cell,
                              Cascade& cascade, Evidence* evidence) {
-  if (prover.maps().empty()) return;
+  if (prover.maps().empty() || !slices_pay) return;
   if (evidence != nullptr && cascade.open().contains(evidence->object))
     evidence->method = Method::kSlices;
+  const std::uint64_t before = cascade.visible_triangles() - cascade.seen_triangles();
   cascade.begin(Method::kSlices);
   if (!slice_frame) {
     slice_frame.emplace(cell);
@@ -251,17 +255,19 @@ void Evaluator::State::slice(ProjectionProver& prover, int splits, const Cell& c
   cascade.statistics().box_tests += box_tests;
   cascade.end(seen(), work.segments,
               nominal_ms + work.segments * kPrices.projection + box_tests * kPrices.box_test);
+  const std::uint64_t left = cascade.visible_triangles() - cascade.seen_triangles();
+  slices_pay = static_cast<double>(before - left) >= kLeastSliced * static_cast<double>(before);
 }
 
-// On the maps of the prover's last run. Not on maps with surfaces: their pixels carry ray
-// certificates only.
-void Evaluator::State::improve(int splits, const Cell& cell, Cascade& cascade, Evidence* evidence) {
-  if (projection->maps().empty()) return;
+// On the maps of the prover's last run.
+void Evaluator::State::improve(const ProjectionProver& prover, int splits, const Cell& cell,
+                               Cascade& cascade, Evidence* evidence) {
+  if (prover.maps().empty()) return;
   if (evidence != nullptr && cascade.open().contains(evidence->object))
     evidence->method = Method::kImproved;
   cascade.begin(Method::kImproved);
   const CellFrame frame(cell);
-  HierarchyTest test(*scene, frame, projection->maps(), BoxRule::kImproved);
+  HierarchyTest test(*scene, frame, prover.maps(), BoxRule::kImproved);
   test.watch(evidence);
   VisibleSet hidden = cascade.open();
   {
@@ -311,6 +317,7 @@ CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const Visibl
   Cascade cascade(*s.scene, s.settings, parent, s.clock);
   s.rays_left = s.settings.max_rays;
   s.slice_frame.reset();
+  s.slices_pay = true;
   if (s.sampler) s.sampler->begin(cell, seed_of(key), s.settings.near_m);
   const bool aims = s.sampler && s.settings.methods.has(Method::kAimedRays);
 
@@ -325,7 +332,7 @@ CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const Visibl
     if (s.slices && cascade.goes_on()) s.slice(*s.projection, kSplits, cell, cascade, evidence);
     if (s.views) s.view(key, cell, cascade);
     if (aims) s.aim(cascade, kFirstRays);
-    if (improves && cascade.goes_on()) s.improve(kSplits, cell, cascade, evidence);
+    if (improves && cascade.goes_on()) s.improve(*s.projection, kSplits, cell, cascade, evidence);
   }
 
   if (s.bare_maps && cascade.goes_on()) {
@@ -336,10 +343,13 @@ CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const Visibl
   // 3. Escalation, while the gap is too large.
   if (s.settings.methods.has(Method::kFineProjection) && cascade.goes_on()) {
     s.escalate(cell, cascade, evidence);
-    if (improves && cascade.goes_on()) s.improve(kFineSplits, cell, cascade, evidence);
+    if (improves && cascade.goes_on())
+      s.improve(*s.projection, kFineSplits, cell, cascade, evidence);
   }
-  if (s.surfaces && cascade.goes_on())
+  if (s.surfaces && cascade.goes_on()) {
     s.prove(*s.surfaces, Method::kSurfaces, cell, cascade, evidence);
+    if (improves && cascade.goes_on()) s.improve(*s.surfaces, kFineSplits, cell, cascade, evidence);
+  }
   if (s.sweep && cascade.goes_on()) s.prove_by_sweep(cell, cascade, evidence);
   while (aims && cascade.goes_on() && s.aim(cascade, kSecondRays)) {
   }

@@ -246,34 +246,47 @@ void SliceCover::add_triangle(const SliceTriangle& triangle, const Section& sect
   const auto [low, high] = std::minmax({v[0].z, v[1].z, v[2].z});
   if (!(low <= tolerance && high >= -tolerance)) return;
 
-  // 1. The part that may, but for rounding, lie in the plane.
+  // 1. The oriented contour. A vertex on the plane counts as beyond it: neighbours agree.
+  std::array<Point, 2> ends{};  // where the plane is passed on the way beyond it, and back
+  int crossings = 0;
+  double stretch = 0;  // how far, in pixels, the part within the rounding of the plane goes on
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 &p = v[k], &q = v[(k + 1) % 3];
+    if ((p.z < 0) == (q.z < 0)) continue;
+    const Vec3 &a = p.z < 0 ? p : q, &b = p.z < 0 ? q : p;
+    const Vec3 slope = (b - a) / (b.z - a.z);
+    ends[p.z < 0 ? 0 : 1] = section.at(a + (b - a) * (-a.z / (b.z - a.z)));
+    stretch = std::max(stretch, tolerance * (std::abs(slope.x) / section.plane.px +
+                                             std::abs(slope.y) / section.plane.py));
+    ++crossings;
+  }
+
+  // 2. What may, but for rounding, lie in the plane.
+  if (std::min({std::abs(v[0].z), std::abs(v[1].z), std::abs(v[2].z)}) > tolerance)
+    mark(ends.data(), 2, section.margin_px + 2 * stretch, window);
+  else
+    mark_near(v, section, window);
+  if (crossings != 2) return;
+  ++work_.segments;
+  // In a right-handed frame the front is to the left of the way from one end to the other.
+  const int turn = triangle.turn * section.plane.face.sign * (section.along_y ? -1 : 1);
+  count_crossing(ends[0], ends[1], turn, window);
+}
+
+// The part of a triangle, in the plane's frame, that is within the rounding of the plane.
+void SliceCover::mark_near(const std::array<Vec3, 3>& v, const Section& section,
+                           const Window& window) {
   std::array<Point, 9> near;
   int count = 0;
   for (int k = 0; k < 3; ++k) {
     const Vec3 &a = v[k].z < v[(k + 1) % 3].z ? v[k] : v[(k + 1) % 3],
                &b = v[k].z < v[(k + 1) % 3].z ? v[(k + 1) % 3] : v[k];
-    if (std::abs(v[k].z) <= tolerance) near[count++] = section.at(v[k]);
-    for (const double cut : {-tolerance, tolerance})
+    if (std::abs(v[k].z) <= section.tolerance) near[count++] = section.at(v[k]);
+    for (const double cut : {-section.tolerance, section.tolerance})
       if ((a.z < cut) != (b.z < cut))
         near[count++] = section.at(a + (b - a) * std::clamp((cut - a.z) / (b.z - a.z), 0.0, 1.0));
   }
   mark(near.data(), count, section.margin_px, window);
-
-  // 2. The oriented contour. A vertex on the plane counts as beyond it: neighbours agree.
-  Point up{}, down{};
-  int crossings = 0;
-  for (int k = 0; k < 3; ++k) {
-    const Vec3 &p = v[k], &q = v[(k + 1) % 3];
-    if ((p.z < 0) == (q.z < 0)) continue;
-    const Vec3 &a = p.z < 0 ? p : q, &b = p.z < 0 ? q : p;
-    (p.z < 0 ? up : down) = section.at(a + (b - a) * (-a.z / (b.z - a.z)));
-    ++crossings;
-  }
-  if (crossings != 2) return;
-  ++work_.segments;
-  // In a right-handed frame the front is to the left of the way from `up` to `down`.
-  const int turn = triangle.turn * section.plane.face.sign * (section.along_y ? -1 : 1);
-  count_crossing(up, down, turn, window);
 }
 
 // The pixels that the hull of the points touches, or comes near to.

@@ -8,6 +8,7 @@
 // pass through themselves, and may hold the cell; the preconditions are checked.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -60,6 +61,7 @@ class SliceCover {
   Window window_of(const Used& used, const Section& section, const OcclusionMap& map) const;
   void add_contour(const Used& used, const Section& section, const Window& window);
   void add_triangle(const SliceTriangle& triangle, const Section& section, const Window& window);
+  void mark_near(const std::array<Vec3, 3>& v, const Section& section, const Window& window);
   void mark(const Point* points, int count, double margin, const Window& window);
   void count_crossing(const Point& up, const Point& down, int sign, const Window& window);
   void fill(const Used& used, const Section& section, const Window& window, OcclusionMap& map);

@@ -1,8 +1,8 @@
 #include "worker/visibility/slice_solids.hpp"
 
 #include <algorithm>
+#include <compare>
 #include <limits>
-#include <utility>
 
 namespace pvsfarm {
 namespace {
@@ -12,6 +12,24 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 std::uint32_t edge_of(std::int32_t use) {
   return static_cast<std::uint32_t>(use >= 0 ? use : ~use);
+}
+
+// Where the triangle lies along a curve through the scene, so that blocks are compact.
+std::uint32_t place_of(const Scene& scene, const SurfaceTriangle& triangle) {
+  constexpr std::uint32_t kSteps = 1024;
+  const auto vertices = scene.surface_vertices();
+  const Vec3 middle =
+      (vertices[triangle.vertex[0]] + vertices[triangle.vertex[1]] + vertices[triangle.vertex[2]]) /
+      3.0;
+  const Vec3 lo = scene.bounds().lo, size = scene.bounds().size();
+  std::uint32_t place = 0;
+  for (int a = 0; a < 3; ++a) {
+    if (!(size[a] > 0)) continue;
+    const double share = std::clamp((middle[a] - lo[a]) / size[a], 0.0, 1.0);
+    const auto step = std::min(static_cast<std::uint32_t>(share * kSteps), kSteps - 1);
+    for (int bit = 0; bit < 10; ++bit) place |= ((step >> bit) & 1u) << (3 * bit + a);
+  }
+  return place;
 }
 
 // Finds the solids: takes away what dangles, turns neighbours alike, keeps what cancels.
@@ -192,11 +210,15 @@ class SolidFinder {
 SliceSolids::SliceSolids(const Scene& scene, SolidRule rule) {
   const SolidFinder finder(scene, rule);
   const auto all = scene.surface_triangles();
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> by_part;
+  struct Placed {
+    std::uint32_t part, place, triangle;
+    auto operator<=>(const Placed&) const = default;
+  };
+  std::vector<Placed> placed;
   for (std::uint32_t t = 0; t < all.size(); ++t)
-    if (finder.in_solid(t)) by_part.push_back({finder.part(t), t});
-  std::sort(by_part.begin(), by_part.end());
-  for (const auto& [part, t] : by_part) {
+    if (finder.in_solid(t)) placed.push_back({finder.part(t), place_of(scene, all[t]), t});
+  std::sort(placed.begin(), placed.end());
+  for (const auto& [part, place, t] : placed) {
     const bool begins = triangles_.empty() || finder.part(triangles_.back().index) != part;
     if (begins) {
       solids_.push_back({.first_block = static_cast<std::uint32_t>(blocks_.size()),
