@@ -173,9 +173,9 @@ milliseconds, unless a table says otherwise: trust ratios more than milliseconds
 ## What "conservative" means here
 
 An object is left out of a cell's visible set (PVS) only with a *certificate*: a proof that every
-line from every point of the cell to every point of the object's box meets something opaque on the
-way. (The box of what may move is along the axes of the scene; of what does not, along those of the
-cell, so a house in a street that runs askew has no wider box than any other.)
+line from every point of the cell to every point of the object meets something opaque on the way;
+in fact to every point of the boxes of its triangles, along the axes of the cell. (What may move is
+all of its box, along the axes of the scene.)
 Whatever is not proved hidden stays in: doubt, rounding, a limit that was reached, a worker that
 failed. So a PVS may hold objects that nobody can see (it is *loose*), and never lacks one that
 somebody can (it has no *holes*).

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <map>
 #include <optional>
 
 #include "tests/support/make_objects.hpp"
@@ -11,6 +10,7 @@
 namespace pvsfarm {
 namespace {
 
+constexpr int kTargetsPerEscape = 4;
 constexpr int kEscapesPerBlockedRay = 2;
 
 struct Interval {
@@ -57,11 +57,26 @@ Vec3 sample_box(const Vec3& lo, const Vec3& hi, int ends, Random& random) {
   return p;
 }
 
-// The box of an object's vertices in the frame of the cell.
-Box box_in_frame(const Cell& cell, const SourceObject& object) {
-  Box box;
-  for (const Vec3& vertex : object.vertices) box.add(cell_from_world(cell, vertex));
-  return box;
+// Where a ray counts as one that sees an object: the box of one of its triangles, in the frame of
+// the cell; or all of the box of what moves.
+struct Target {
+  Box box;       // in the world, around
+  Box in_frame;  // empty: all of `box`
+
+  bool counts(const Cell& cell, const Vec3& point) const {
+    return in_frame.empty() || in_frame.contains(cell_from_world(cell, point));
+  }
+};
+
+Target pick_target(const SourceObject& object, const Box& box, const Cell& cell, Random& random) {
+  if (object.dynamic || object.triangles.empty()) return {box, {}};
+  const bool turned = cell.axes != Cell{}.axes;
+  Target target;
+  for (const std::uint32_t vertex : object.triangles[random.below(object.triangles.size())]) {
+    target.box.add(object.vertices[vertex]);
+    if (turned) target.in_frame.add(cell_from_world(cell, object.vertices[vertex]));
+  }
+  return target;
 }
 
 Vec3 direction(Random& random) {
@@ -136,16 +151,6 @@ AimedReport AimedRays::search(const Cell& cell, std::span<const std::uint32_t> h
   if (hidden.empty()) return report;
   const double margin = oracle_.margin_for(cell.bounds());
   std::vector<char> refuted(source_.objects.size(), 0);
-  const bool turned = cell.axes != Cell{}.axes;
-  std::map<std::uint32_t, Box> in_frame;
-  if (turned)
-    for (const std::uint32_t object : hidden)
-      if (!source_.objects[object].dynamic)
-        in_frame[object] = box_in_frame(cell, source_.objects[object]);
-  const auto counts = [&](std::uint32_t object, const Vec3& point) {
-    const auto found = in_frame.find(object);
-    return found == in_frame.end() || found->second.contains(cell_from_world(cell, point));
-  };
   const auto cast = [&](std::uint32_t object, const Segment& segment) {
     ++report.rays;
     const auto blocker = oracle_.blocker(segment, margin, object);
@@ -157,21 +162,29 @@ AimedReport AimedRays::search(const Cell& cell, std::span<const std::uint32_t> h
   };
   for (std::size_t turn = 0; report.rays < rays; ++turn) {
     const std::uint32_t object = hidden[turn % hidden.size()];
-    const Box& box = boxes_[object];
+    const Target target = pick_target(source_.objects[object], boxes_[object], cell, random);
+    const Box& box = target.box;
     Segment segment;
     segment.from = sample_cell(cell, random);
     const std::uint64_t kind = random.below(8);
     segment.to = kind < 3   ? box.corner(static_cast<int>(random.below(8)))
                  : kind < 5 ? sample_surface(source_.objects[object], random)
                             : sample_box(box.lo, box.hi, static_cast<int>(kind) - 5, random);
-    if (!counts(object, segment.to)) segment.to = sample_surface(source_.objects[object], random);
+    if (!target.counts(cell, segment.to))
+      segment.to = sample_surface(source_.objects[object], random);
     auto blocker = cast(object, segment);
     for (int k = 0; blocker && k < kEscapesPerBlockedRay; ++k) {
-      const BlockedAim aim{cell, box, segment, source_.objects[blocker->object], blocker->triangle};
-      Segment past;
-      if (!escape(aim, random, past) || !counts(object, past.to)) continue;
-      segment = past;
-      blocker = cast(object, segment);
+      // Whatever triangle of the object the new line comes by will do.
+      for (int attempt = 0; blocker && attempt < kTargetsPerEscape; ++attempt) {
+        const Target other = pick_target(source_.objects[object], boxes_[object], cell, random);
+        const BlockedAim aim{cell, other.box, segment, source_.objects[blocker->object],
+                             blocker->triangle};
+        Segment past;
+        if (!escape(aim, random, past) || !other.counts(cell, past.to)) continue;
+        segment = past;
+        blocker = cast(object, segment);
+        break;
+      }
     }
   }
   return report;

@@ -3,9 +3,9 @@
 // surface points seen from the cell's corners, edges and faces, and lines that pass just beside an
 // edge of whatever blocked the last attempt.
 //
-// A point anywhere in an object's box counts, for a hidden verdict is given to boxes; from a turned
-// cell, of an object that does not move, anywhere in the box around its vertices in the cell's
-// frame as well. Only segments that the ray oracle clears by its margin count (theory F).
+// Hidden verdicts are given to boxes: a point anywhere in the box of one of the object's triangles
+// counts, along the axes of the cell; of what moves, anywhere in the object's box. Only segments
+// that the ray oracle clears by its margin count (theory F).
 #pragma once
 
 #include <cstdint>

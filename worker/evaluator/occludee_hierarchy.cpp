@@ -1,5 +1,7 @@
 #include "worker/evaluator/occludee_hierarchy.hpp"
 
+#include <algorithm>
+
 namespace pvsfarm {
 namespace {
 
@@ -45,21 +47,80 @@ bool HierarchyTest::hidden(const Box& local_box, MapMask& useful) {
   return false;
 }
 
-// Rule S: hidden if each half is, by whatever plane.
-bool HierarchyTest::hidden_by_parts(const Box& local_box, MapMask useful, int splits_left) {
+// Rule S: hidden if what of the object lies in each part is, by whatever plane.
+bool HierarchyTest::part_hidden(const Box& local_box, Range part, MapMask useful, int splits_left) {
   if (hidden(local_box, useful)) {
     if (noting_) watched_->parts.push_back({local_box, hidden_by_, 1, improved_});
     return true;
   }
-  if (splits_left == 0 || useful.none()) return false;
+  return splits_left > 0 && useful.any() && halves_hidden(local_box, part, useful, splits_left - 1);
+}
+
+// `part`: the boxes of the triangles in the box; none: it is full.
+bool HierarchyTest::halves_hidden(const Box& local_box, Range part, const MapMask& useful,
+                                  int splits_left) {
   int axis = 0;
   const Vec3 size = local_box.size();
   for (int a = 1; a < 3; ++a)
     if (size[a] > size[axis]) axis = a;
   Box low = local_box, high = local_box;
   low.hi[axis] = high.lo[axis] = local_box.center()[axis];
-  return hidden_by_parts(high, useful, splits_left - 1) &&
-         hidden_by_parts(low, useful, splits_left - 1);
+  for (const Box& half : {high, low}) {
+    const std::size_t first = triangle_boxes_.size();
+    const Box inside = part.first == part.end ? half : push_inside(half, part);
+    const bool all_hidden =
+        inside.empty() || part_hidden(inside, {first, triangle_boxes_.size()}, useful, splits_left);
+    triangle_boxes_.resize(first);
+    if (!all_hidden) return false;
+  }
+  return true;
+}
+
+bool HierarchyTest::object_hidden(ObjectId id, MapMask useful) {
+  const Box local_box = local_box_of(id);
+  if (hidden(local_box, useful)) {
+    if (noting_) watched_->parts.push_back({local_box, hidden_by_, 1, improved_});
+    return true;
+  }
+  if (splits_ == 0 || useful.none()) return false;
+  triangle_boxes_.clear();
+  push_triangles(id);
+  return halves_hidden(local_box, {0, triangle_boxes_.size()}, useful, splits_ - 1);
+}
+
+// Pushes what the half holds of the boxes, and returns the box around that.
+Box HierarchyTest::push_inside(const Box& half, Range part) {
+  Box around;
+  for (std::size_t i = part.first; i < part.end; ++i) {
+    Box inside = triangle_boxes_[i];
+    bool meets = true;
+    for (int a = 0; a < 3; ++a) {
+      inside.lo[a] = std::max(inside.lo[a], half.lo[a]);
+      inside.hi[a] = std::min(inside.hi[a], half.hi[a]);
+      meets = meets && inside.lo[a] <= inside.hi[a];
+    }
+    if (!meets) continue;
+    around.add(inside.lo);
+    around.add(inside.hi);
+    triangle_boxes_.push_back(inside);
+  }
+  return around;
+}
+
+// The boxes of the triangles that it is to be halved among, while a run has so many left. What
+// moves is anywhere in its box.
+void HierarchyTest::push_triangles(ObjectId id) {
+  const ObjectRecord& object = scene_.object(id);
+  if (object.dynamic != 0 || object.triangle_count > triangles_left_) return;
+  triangles_left_ -= object.triangle_count;
+  for (const Triangle& triangle : scene_.triangles(id)) {
+    Box& box = triangle_boxes_.emplace_back();
+    for (const std::uint32_t vertex : triangle.vertex) {
+      const Box point = frame_.local_around_point(scene_.vertices()[vertex]);
+      box.add(point.lo);
+      box.add(point.hi);
+    }
+  }
 }
 
 // In a turned cell the box of an object's box is up to twice as wide as the object: a house that
@@ -102,7 +163,7 @@ void HierarchyTest::visit(std::uint32_t index, MapMask useful, VisibleSet& open)
     const ObjectId id{i};
     if (!open.contains(id)) continue;
     noting_ = watched_ != nullptr && id == watched_->object;
-    if (hidden_by_parts(local_box_of(id), useful, splits_))
+    if (object_hidden(id, useful))
       open.remove(id);
     else if (noting_)
       watched_->parts.clear();  // some parts are hidden, the whole is not
@@ -112,6 +173,7 @@ void HierarchyTest::visit(std::uint32_t index, MapMask useful, VisibleSet& open)
 
 void HierarchyTest::run(VisibleSet& open, int splits) {
   splits_ = splits;
+  triangles_left_ = kTrianglesARun;
   MapMask all;
   for (std::size_t m = 0; m < maps_.size(); ++m) all.set(m);
   groups_.clear();

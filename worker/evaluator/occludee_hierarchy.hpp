@@ -32,7 +32,7 @@ class HierarchyTest {
       : scene_(scene), frame_(frame), maps_(maps), rule_(rule) {}
 
   // Removes from `open` every object proved hidden. Rule S: an object's box is halved up to
-  // `splits` times in a row.
+  // `splits` times in a row, and of each half only what the boxes of its triangles fill counts.
   void run(VisibleSet& open, int splits);
   // From now on the parts of evidence->object that are hidden, and by which map, are noted there.
   // It outlives the runs; null: nothing is noted.
@@ -47,7 +47,14 @@ class HierarchyTest {
   };
   PlaneAnswer ask(std::size_t map, const Box& local_box);
   bool hidden(const Box& local_box, MapMask& useful);
-  bool hidden_by_parts(const Box& local_box, MapMask useful, int splits_left);
+  struct Range {
+    std::size_t first, end;
+  };
+  bool object_hidden(ObjectId id, MapMask useful);
+  bool part_hidden(const Box& local_box, Range part, MapMask useful, int splits_left);
+  bool halves_hidden(const Box& local_box, Range part, const MapMask& useful, int splits_left);
+  Box push_inside(const Box& half, Range part);
+  void push_triangles(ObjectId id);
   Box local_box_of(ObjectId id) const;
   void visit(std::uint32_t node, MapMask useful, VisibleSet& open);
 
@@ -62,6 +69,10 @@ class HierarchyTest {
   bool noting_ = false;                // the box being tested is of the watched object
   std::size_t hidden_by_ = 0;          // the map of the last box found hidden,
   std::optional<PlaneRect> improved_;  // and where on it, if not by rule P
+  std::vector<Box> triangle_boxes_;    // of the object being tested, a stack; local frame
+  // [limit] Of a run. Forests would spend their time on leaves.
+  static constexpr std::uint32_t kTrianglesARun = 50'000;
+  std::uint32_t triangles_left_ = 0;
   int splits_ = 0;
   std::uint32_t box_tests_ = 0;
 };
