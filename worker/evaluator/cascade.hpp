@@ -43,6 +43,7 @@ class Cascade {
 
   std::uint64_t visible_triangles() const { return visible_triangles_; }
   std::uint64_t seen_triangles() const { return seen_triangles_; }
+  std::uint64_t open_triangles() const { return visible_triangles_ - seen_triangles_; }
   // (|PVS| - |seen|) / |PVS| in triangles; 0 for an empty PVS.
   double gap() const;
   bool over_budget() const;

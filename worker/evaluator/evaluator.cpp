@@ -6,6 +6,7 @@
 #include "common/base/check.hpp"
 #include "common/base/random.hpp"
 #include "worker/evaluator/projection_prover.hpp"
+#include "worker/evaluator/sweep_choice.hpp"
 #include "worker/evaluator/sweep_prover.hpp"
 #include "worker/visibility/aim_points.hpp"
 #include "worker/visibility/hint_views.hpp"
@@ -28,7 +29,6 @@ constexpr int kMostRounds = 4;
 constexpr double kLeastSettled = 0.03;  // of what was open, in triangles, or it was the last round
 constexpr double kLeastSliced = 0.01;   // the same, or no other maps of the cell get slices
 constexpr int kSplits = 3, kFineSplits = 6;
-constexpr int kSweepFactor = 4;  // of pixels
 
 ProjectionEffort effort_of(const EvaluatorSettings& s) {
   return {.raster = s.raster,
@@ -56,11 +56,6 @@ ProjectionEffort bare(ProjectionEffort effort) {
   effort.pieces = false;
   effort.splits = 0;
   return effort;
-}
-
-// A sweep's maps are of bits, and every step costs it up to a pixel at each side of a gap.
-SweepEffort sweep_effort_of(const EvaluatorSettings& s) {
-  return {.columns_px = std::min(kSweepFactor * s.resolution_px, kMaxSweepPx), .near_m = s.near_m};
 }
 
 // The cell's own stream of random numbers, whoever evaluates it and when.
@@ -91,8 +86,10 @@ struct Evaluator::State {
       if (!settings.methods.has(Method::kProjection))
         bare_maps = std::make_unique<ProjectionProver>(*scene, ranking, bare(effort_of(settings)));
     }
-    if (settings.methods.has(Method::kSweep))
-      sweep = std::make_unique<SweepProver>(*scene, sweep_effort_of(settings));
+    if (settings.methods.has(Method::kSweep)) {
+      sweep = std::make_unique<SweepProver>(*scene, sweep_effort(settings));
+      widths = std::make_unique<OccluderWidths>(*scene);
+    }
     if (settings.hint_viewpoints > 0)
       hints = std::make_unique<HintViews>(scene, settings.hint_viewpoints);
     if (wants_witnesses(settings)) sampler = std::make_unique<Sampler>(scene);
@@ -111,6 +108,7 @@ struct Evaluator::State {
   void improve(const ProjectionProver& prover, int splits, const Cell& cell, Cascade& cascade,
                Evidence* evidence);
   void prove_by_sweep(const Cell& cell, Cascade& cascade, Evidence* evidence);
+  void prove_all(const CellKey& key, const Cell& cell, Cascade& cascade, Evidence* evidence);
   HintBytes hints_of(const CellDelta& delta, const Cell& cell, const VisibleSet& parent);
   void note_witness(Evidence& evidence) const;
   const VisibleSet& seen() const { return sampler ? sampler->seen() : nothing; }
@@ -125,6 +123,7 @@ struct Evaluator::State {
   std::optional<CellFrame> slice_frame;  // of the cell that `slices` is prepared for
   bool slices_pay = true;                // for it: the last ones settled enough
   std::unique_ptr<SweepProver> sweep;
+  std::unique_ptr<OccluderWidths> widths;
   std::unique_ptr<Sampler> sampler;
   std::unique_ptr<ItemViews> views;
   std::unique_ptr<HintViews> hints;
@@ -281,6 +280,45 @@ void Evaluator::State::improve(const ProjectionProver& prover, int splits, const
   cascade.end(seen(), test.box_tests(), test.box_tests() * kPrices.box_test);
 }
 
+// The cheapest prover on what is open, witnesses for what it leaves, escalation while the gap is
+// too large. A gap of 0 asks for all; else a sweep comes in the place of Projections or not at all.
+void Evaluator::State::prove_all(const CellKey& key, const Cell& cell, Cascade& cascade,
+                                 Evidence* evidence) {
+  const auto has = [&](Method method) { return settings.methods.has(method); };
+  const bool aims = sampler && has(Method::kAimedRays), improves = has(Method::kImproved);
+  const bool everything = settings.gap == 0 || !projection;
+  const bool sweeps_first = sweep && swept_first(*widths, cell);
+  bool projects = true;
+  if (sweeps_first && cascade.goes_on()) {
+    const auto before = static_cast<double>(cascade.open_triangles());
+    prove_by_sweep(cell, cascade, evidence);
+    projects = everything || cascade.open_triangles() > (1 - kSweptEnough) * before;
+    if (!projects && views) view(key, cell, cascade);
+    if (!projects && aims) aim(cascade, kFirstRays);
+  }
+  if (has(Method::kProjection) && projects && cascade.goes_on()) {
+    prove(*projection, Method::kProjection, cell, cascade, evidence);
+    if (slices && cascade.goes_on()) slice(*projection, kSplits, cell, cascade, evidence);
+    if (views) view(key, cell, cascade);
+    if (aims) aim(cascade, kFirstRays);
+    if (improves && cascade.goes_on()) improve(*projection, kSplits, cell, cascade, evidence);
+  }
+  if (bare_maps && cascade.goes_on()) {
+    prove(*bare_maps, Method::kSlices, cell, cascade, evidence);
+    slice(*bare_maps, kFineSplits, cell, cascade, evidence);
+  }
+  if (has(Method::kFineProjection) && projects && cascade.goes_on()) {
+    escalate(cell, cascade, evidence);
+    if (improves && cascade.goes_on()) improve(*projection, kFineSplits, cell, cascade, evidence);
+  }
+  if (surfaces && cascade.goes_on()) {
+    prove(*surfaces, Method::kSurfaces, cell, cascade, evidence);
+    if (improves && cascade.goes_on()) improve(*surfaces, kFineSplits, cell, cascade, evidence);
+  }
+  if (sweep && everything && !sweeps_first && cascade.goes_on())
+    prove_by_sweep(cell, cascade, evidence);
+}
+
 // Once all else is settled, so that nothing else depends on it.
 HintBytes Evaluator::State::hints_of(const CellDelta& delta, const Cell& cell,
                                      const VisibleSet& parent) {
@@ -324,44 +362,18 @@ CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const Visibl
   // 1. What is cheap to see.
   if (s.sampler && s.settings.methods.has(Method::kLookAround)) s.look_around(cascade);
   if (aims && cascade.open().count() <= kFewObjects) s.aim(cascade, kFirstRays);
-
-  // 2. The cheapest prover on what is open, and witnesses for what it leaves.
-  const bool improves = s.settings.methods.has(Method::kImproved);
-  if (s.settings.methods.has(Method::kProjection) && cascade.goes_on()) {
-    s.prove(*s.projection, Method::kProjection, cell, cascade, evidence);
-    if (s.slices && cascade.goes_on()) s.slice(*s.projection, kSplits, cell, cascade, evidence);
-    if (s.views) s.view(key, cell, cascade);
-    if (aims) s.aim(cascade, kFirstRays);
-    if (improves && cascade.goes_on()) s.improve(*s.projection, kSplits, cell, cascade, evidence);
-  }
-
-  if (s.bare_maps && cascade.goes_on()) {
-    s.prove(*s.bare_maps, Method::kSlices, cell, cascade, evidence);
-    s.slice(*s.bare_maps, kFineSplits, cell, cascade, evidence);
-  }
-
-  // 3. Escalation, while the gap is too large.
-  if (s.settings.methods.has(Method::kFineProjection) && cascade.goes_on()) {
-    s.escalate(cell, cascade, evidence);
-    if (improves && cascade.goes_on())
-      s.improve(*s.projection, kFineSplits, cell, cascade, evidence);
-  }
-  if (s.surfaces && cascade.goes_on()) {
-    s.prove(*s.surfaces, Method::kSurfaces, cell, cascade, evidence);
-    if (improves && cascade.goes_on()) s.improve(*s.surfaces, kFineSplits, cell, cascade, evidence);
-  }
-  if (s.sweep && cascade.goes_on()) s.prove_by_sweep(cell, cascade, evidence);
+  s.prove_all(key, cell, cascade, evidence);
   while (aims && cascade.goes_on() && s.aim(cascade, kSecondRays)) {
   }
 
-  // 4. What a single viewpoint sees, where the coordinator will have to decide about a split.
+  // 2. What a single viewpoint sees, where the coordinator will have to decide about a split.
   std::uint64_t point_triangles = 0;
   if (s.sampler && cascade.over_budget())
     point_triangles = s.sampler->most_triangles_from_a_point(kViewpoints);
   CellDelta delta = cascade.finish(key, s.seen());
   delta.point_triangles = point_triangles;
 
-  // 5. How often and how large, where somebody wants to know.
+  // 3. How often and how large, where somebody wants to know.
   if (s.hints) delta.hints = s.hints_of(delta, cell, parent);
   if (evidence != nullptr && delta.seen.contains(evidence->object)) s.note_witness(*evidence);
   return delta;

@@ -12,6 +12,7 @@
 
 #include "common/cells/cell.hpp"
 #include "common/pvs/delta.hpp"
+#include "common/pvs/settings.hpp"
 #include "common/pvs/visible_set.hpp"
 #include "worker/evaluator/evidence.hpp"
 #include "worker/visibility/coverage_bits.hpp"
@@ -29,6 +30,8 @@ struct SweepEffort {
   double near_m = 0;
   int splits = 3;  // Rule S
 };
+
+SweepEffort sweep_effort(const EvaluatorSettings& settings);
 
 // Threads: one object, one thread.
 class SweepProver {

@@ -68,6 +68,22 @@ void fill_rows(const RowShape& shape, const BitGrid& grid, std::uint64_t* bits,
   }
 }
 
+// Whether all of `count` words have all bits of the mask.
+PVSFARM_DISPATCH
+bool all_set(const std::uint64_t* words, int count, std::uint64_t mask) {
+  int i = count;
+  for (; i >= 4 * kLanes; i -= 4 * kLanes) {
+    EightWords met = load_lanes<EightWords>(words + i - kLanes);
+    for (int k = 2; k <= 4; ++k) met &= load_lanes<EightWords>(words + i - k * kLanes);
+    if (any_bits((met & mask) ^ mask)) return false;
+  }
+  EightWords met = ~EightWords{};
+  for (; i >= kLanes; i -= kLanes) met &= load_lanes<EightWords>(words + i - kLanes);
+  std::uint64_t last = ~0ull;
+  for (; i > 0; --i) last &= words[i - 1];
+  return (last & mask) == mask && !any_bits((met & mask) ^ mask);
+}
+
 // words[i] &= words[i + step], for all but the last few.
 PVSFARM_DISPATCH
 void fuse(std::uint64_t* words, std::size_t count, std::size_t step) {
@@ -224,10 +240,10 @@ BitRange CoverageBits::touched(const PlaneRect& rect) const {
 bool CoverageBits::all_covered(const BitRange& range) const {
   bool all = true;
   for_each_word(range.along_first, range.along_last, [&](int w, std::uint64_t mask) {
-    // From above: what stands on the ground is closed below first.
     const std::uint64_t* const rows = column(w);
-    for (int j = range.across_last; all && j >= range.across_first; --j)
-      all = (mask & ~rows[j]) == 0;
+    // From above: what stands on the ground is closed below first.
+    all = all && (mask & ~rows[range.across_last]) == 0 &&
+          all_set(rows + range.across_first, range.across_last - range.across_first, mask);
   });
   return all;
 }

@@ -2,7 +2,7 @@
 // what the instruction set has; inside PVSFARM_DISPATCH functions, one version for each.
 //
 // For .cpp files alone. Everything is done lane by lane, and what goes across lanes is a maximum or
-// a union: the same bits everywhere.
+// a sum of small integers: the same bits everywhere.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace pvsfarm {
 using Eight = double __attribute__((vector_size(64)));
 using EightFloats = float __attribute__((vector_size(32)));
 using EightWords = std::uint64_t __attribute__((vector_size(64)));
-using EightMasks = std::int64_t __attribute__((vector_size(64)));  // a lane is 0 or -1
+using EightPlaces = std::int64_t __attribute__((vector_size(64)));
 using EightInts = std::int32_t __attribute__((vector_size(32)));
 
 PVSFARM_INLINE Eight all_lanes(double v) { return Eight{v, v, v, v, v, v, v, v}; }
@@ -27,18 +27,39 @@ PVSFARM_INLINE Eight smaller(const Eight& a, const Eight& b) { return a < b ? a 
 PVSFARM_INLINE Eight magnitude(const Eight& a) { return a < 0 ? -a : a; }
 
 PVSFARM_INLINE double largest(const Eight& v) {
-  const Eight a = larger(v, __builtin_shuffle(v, EightMasks{4, 5, 6, 7, 0, 1, 2, 3}));
-  const Eight b = larger(a, __builtin_shuffle(a, EightMasks{2, 3, 0, 1, 6, 7, 4, 5}));
+  const Eight a = larger(v, __builtin_shuffle(v, EightPlaces{4, 5, 6, 7, 0, 1, 2, 3}));
+  const Eight b = larger(a, __builtin_shuffle(a, EightPlaces{2, 3, 0, 1, 6, 7, 4, 5}));
   return b[0] > b[1] ? b[0] : b[1];
 }
 PVSFARM_INLINE double smallest(const Eight& v) { return -largest(-v); }
 
-// Bit k: lane k is not 0.
-PVSFARM_INLINE unsigned bits_of(const EightMasks& masks) {
-  const EightMasks bits = masks & EightMasks{1, 2, 4, 8, 16, 32, 64, 128};
-  const EightMasks a = bits | __builtin_shuffle(bits, EightMasks{4, 5, 6, 7, 0, 1, 2, 3});
-  const EightMasks b = a | __builtin_shuffle(a, EightMasks{2, 3, 0, 1, 6, 7, 4, 5});
-  return static_cast<unsigned>(b[0] | b[1]);
+// Flags are lanes of 1 and 0. Join conditions as minima of differences or as bits_of(): of
+// comparisons joined with & or *, some compilers make eight scalar ones.
+PVSFARM_INLINE Eight above(const Eight& a, const Eight& b) {
+  return a > b ? all_lanes(1) : all_lanes(0);
+}
+PVSFARM_INLINE Eight not_above(const Eight& a, const Eight& b) {
+  return a <= b ? all_lanes(1) : all_lanes(0);
+}
+PVSFARM_INLINE Eight equal(const Eight& a, const Eight& b) {
+  return a == b ? all_lanes(1) : all_lanes(0);
+}
+PVSFARM_INLINE Eight choose(const Eight& flags, const Eight& a, const Eight& b) {
+  return flags > 0 ? a : b;
+}
+
+// Bit k: flag k.
+PVSFARM_INLINE unsigned bits_of(const Eight& flags) {
+  const Eight bits = flags * Eight{1, 2, 4, 8, 16, 32, 64, 128};
+  const Eight a = bits + __builtin_shuffle(bits, EightPlaces{4, 5, 6, 7, 0, 1, 2, 3});
+  const Eight b = a + __builtin_shuffle(a, EightPlaces{2, 3, 0, 1, 6, 7, 4, 5});
+  return static_cast<unsigned>(b[0] + b[1]);
+}
+
+PVSFARM_INLINE bool any_bits(const EightWords& words) {
+  const EightWords a = words | __builtin_shuffle(words, EightPlaces{4, 5, 6, 7, 0, 1, 2, 3});
+  const EightWords b = a | __builtin_shuffle(a, EightPlaces{2, 3, 0, 1, 6, 7, 4, 5});
+  return (b[0] | b[1]) != 0;
 }
 
 template <class Lanes>

@@ -112,19 +112,35 @@ bool find_edges(int count, const BitGrid& grid, Views& views, Edges& edges) {
     edges.na[i] = na;
     edges.nb[i] = nb;
     edges.c[i] = c;
-    const EightMasks flat = abs_na * width <= 1e-6 * abs_nb * grid.pb;
-    if (bits_of(flat) == 0) continue;
+    const Eight flat = not_above(abs_na * width, 1e-6 * abs_nb * grid.pb);
+    if (largest(flat) == 0) continue;
     const Eight worst_a = smaller(na * views.a_lo, na * views.a_hi);
     const Eight slack = 0x1p-47 * (magnitude(worst_a) + abs_nb * reach + magnitude(c));
     const Eight level = (c + slack - worst_a) / nb, none = all_lanes(kInfinity);
-    if (bits_of(flat & (nb == 0)) != 0) return false;
-    views.b_lo = std::max(views.b_lo, largest(flat & (nb > 0) ? level : -none));
-    views.b_hi = std::min(views.b_hi, smallest(flat & (nb < 0) ? level : none));
+    const Eight zero = all_lanes(0);
+    if (largest(flat * equal(nb, zero)) > 0) return false;
+    views.b_lo = std::max(views.b_lo, largest(choose(flat * above(nb, zero), level, -none)));
+    views.b_hi = std::min(views.b_hi, smallest(choose(flat * above(zero, nb), level, none)));
   }
   return views.b_lo < views.b_hi;
 }
 
-// The other edges, as bounds of rows. Lines that the rectangle outdoes are left out.
+// Of lines from `first` to `last`, larger than `least` in either: those that bound the others. The
+// one that is largest at one end rules out all that are not larger at the other; a lane each.
+PVSFARM_INLINE unsigned ruling(const Eight& candidates, const Eight& first, const Eight& last) {
+  const Eight none = all_lanes(-kInfinity);
+  const Eight f = choose(candidates, first, none), l = choose(candidates, last, none);
+  const Eight most_f = all_lanes(largest(f)), most_l = all_lanes(largest(l));
+  const Eight l_of_most_f = all_lanes(largest(f == most_f ? l : none));
+  const Eight f_of_most_l = all_lanes(largest(l == most_l ? f : none));
+  const unsigned a = bits_of(equal(f, most_f)) & bits_of(equal(l, l_of_most_f));
+  const unsigned b = bits_of(equal(l, most_l)) & bits_of(equal(f, f_of_most_l));
+  if ((a & b) != 0) return (a & b) & -(a & b);
+  return (a & -a) | (b & -b) | (bits_of(above(f, f_of_most_l)) & bits_of(above(l, l_of_most_f)));
+}
+
+// The other edges, as bounds of rows. Lines that the rectangle outdoes are left out, and those that
+// other views of the edge outdo.
 PVSFARM_DISPATCH
 void add_lines(int count, const BitGrid& grid, const Views& views, const Edges& edges,
                RowShape& shape) {
@@ -133,28 +149,29 @@ void add_lines(int count, const BitGrid& grid, const Views& views, const Edges& 
   const Eight low = all_lanes(grid.b0 + shape.first * grid.pb), high = low + grid.pb;
   for (int i = 0; i < count; ++i) {
     const Eight na = edges.na[i], nb = edges.nb[i], one_over = 1 / na;
-    const EightMasks steep = magnitude(na) * width > 1e-6 * magnitude(nb) * grid.pb;
+    const Eight steep = magnitude(na) * width - 1e-6 * magnitude(nb) * grid.pb;
     const Eight slope = -nb * one_over, offset = edges.c[i] * one_over;
     const Eight slack = 0x1p-47 * (magnitude(offset) + magnitude(slope) * reach);
     const Eight inwards = na > 0 ? slack : -slack;
     const Eight at_first = offset + inwards + slope * (nb > 0 ? low : high);
     const Eight step = slope * grid.pb, at_last = at_first + step * last;
-    const unsigned lefts =
-        bits_of(steep & (na > 0) & ((at_first > views.a_lo) | (at_last > views.a_lo)));
-    const unsigned rights =
-        bits_of(steep & (na < 0) & ((at_first < views.a_hi) | (at_last < views.a_hi)));
-    if ((lefts | rights) == 0) continue;
+    const Eight beyond = larger(at_first, at_last) - views.a_lo;
+    const Eight before = views.a_hi - smaller(at_first, at_last);
+    const Eight lefts = above(smaller(smaller(steep, na), beyond), all_lanes(0));
+    const Eight rights = above(smaller(smaller(steep, -na), before), all_lanes(0));
     double firsts[8], steps[8];
     store_lanes(firsts, at_first);
     store_lanes(steps, step);
-    for (unsigned rest = lefts; rest != 0; rest &= rest - 1) {
-      const int k = __builtin_ctz(rest);
-      shape.lefts[shape.left_count++] = {firsts[k], steps[k]};
-    }
-    for (unsigned rest = rights; rest != 0; rest &= rest - 1) {
-      const int k = __builtin_ctz(rest);
-      shape.rights[shape.right_count++] = {firsts[k], steps[k]};
-    }
+    if (largest(lefts) > 0)
+      for (unsigned rest = ruling(lefts, at_first, at_last); rest != 0; rest &= rest - 1) {
+        const int k = __builtin_ctz(rest);
+        shape.lefts[shape.left_count++] = {firsts[k], steps[k]};
+      }
+    if (largest(rights) > 0)
+      for (unsigned rest = ruling(rights, -at_first, -at_last); rest != 0; rest &= rest - 1) {
+        const int k = __builtin_ctz(rest);
+        shape.rights[shape.right_count++] = {firsts[k], steps[k]};
+      }
   }
 }
 
@@ -218,15 +235,14 @@ Cover cover_polygon(const PolygonPlane& plane, std::span<const Vec3> local, doub
   Views views;
   look(polygon, plane, grid, views);
   if (views.turn == 0) return Cover::kNothing;
-  BitRange range = grid.whole(views.a_lo, views.a_hi, views.b_lo, views.b_hi);
+  const BitRange range = grid.whole(views.a_lo, views.a_hi, views.b_lo, views.b_hi);
   if (range.empty() || map.all_covered(range)) return Cover::kNothing;
   Edges edges;
   if (!find_edges(polygon.count, grid, views, edges)) return Cover::kNothing;
-  range = grid.whole(views.a_lo, views.a_hi, views.b_lo, views.b_hi);
-  if (range.empty()) return Cover::kNothing;
-  shape.begin(range, views.a_lo, views.a_hi);
+  const BitRange rows = grid.whole(views.a_lo, views.a_hi, views.b_lo, views.b_hi);
+  if (rows.empty()) return Cover::kNothing;
+  shape.begin(rows, views.a_lo, views.a_hi);
   add_lines(polygon.count, grid, views, edges, shape);
-  shape.thin_out();
   map.fill(shape);
   return Cover::kAdded;
 }

@@ -22,17 +22,20 @@ PVSFARM_INLINE void shared(const Eight& lo, const Eight& hi, double h, const Eig
 }
 
 // The pixels from `first` to before `end` that lie wholly between; a millionth of a pixel does not
-// count, occluders lose as much.
-PVSFARM_INLINE void pixels_between(const Eight& least, const Eight& most, double from,
-                                   double per_px, double count, std::int32_t* first,
-                                   std::int32_t* end) {
+// count, occluders lose as much. Returns a flag for each lane that has any.
+PVSFARM_INLINE Eight pixels_between(const Eight& least, const Eight& most, double from,
+                                    double per_px, double count, std::int32_t* first,
+                                    std::int32_t* end) {
   const Eight none = all_lanes(0), all = all_lanes(count);
   const Eight a = smaller(larger((least - from) * per_px - 1e-6, none), all);
   const Eight b = smaller(larger((most - from) * per_px + 1e-6, none), all);
   const EightInts floor_a = __builtin_convertvector(a, EightInts);
   const Eight up = __builtin_convertvector(floor_a, Eight) < a ? all_lanes(1) : none;
+  const EightInts floor_b = __builtin_convertvector(b, EightInts);
   store_lanes(first, floor_a + __builtin_convertvector(up, EightInts));
-  store_lanes(end, __builtin_convertvector(b, EightInts));
+  store_lanes(end, floor_b);
+  return above(__builtin_convertvector(floor_b, Eight),
+               __builtin_convertvector(floor_a, Eight) + up);
 }
 
 PVSFARM_DISPATCH
@@ -45,22 +48,20 @@ unsigned screen_boxes(const LocalBoxes& boxes, const PolygonPlane& plane, const 
   const double front = plane.front, back = plane.back;
   const Eight z_near = larger(near - front, all_lanes(plane.nearest));
   const Eight z_far = smaller(far - front, all_lanes(plane.deepest));
-  const EightMasks met = (far > slab.before) & (near < slab.bound) & (z_near <= z_far);
-  if (bits_of(met) == 0) return 0;
+  const Eight met = smaller(far - slab.before, slab.bound - near);
+  if (!(largest(met) > 0)) return 0;
   const Eight alpha[4] = {front / (z_near + front), front / (z_far + front), back / (z_near + back),
                           back / (z_far + back)};
   Eight least = all_lanes(grid.a0), most = all_lanes(grid.a0 + grid.columns * grid.pa);
   shared(boxes.lo[u], boxes.hi[u], plane.half_along, alpha, least, most);
-  pixels_between(least, most, grid.a0, grid.per_pa, grid.columns, ranges.along_first,
-                 ranges.along_end);
+  const Eight along = pixels_between(least, most, grid.a0, grid.per_pa, grid.columns,
+                                     ranges.along_first, ranges.along_end);
   least = all_lanes(grid.b0), most = all_lanes(grid.b0 + grid.rows * grid.pb);
   shared(boxes.lo[v], boxes.hi[v], plane.half_across, alpha, least, most);
-  pixels_between(least, most, grid.b0, grid.per_pb, grid.rows, ranges.across_first,
-                 ranges.across_end);
-  const EightInts some =
-      (load_lanes<EightInts>(ranges.along_first) < load_lanes<EightInts>(ranges.along_end)) &
-      (load_lanes<EightInts>(ranges.across_first) < load_lanes<EightInts>(ranges.across_end));
-  return bits_of(met & __builtin_convertvector(some, EightMasks));
+  const Eight across = pixels_between(least, most, grid.b0, grid.per_pb, grid.rows,
+                                      ranges.across_first, ranges.across_end);
+  return bits_of(above(met, all_lanes(0))) & bits_of(not_above(z_near, z_far)) & bits_of(along) &
+         bits_of(across);
 }
 
 PVSFARM_DISPATCH
