@@ -387,8 +387,8 @@ say "Durand's city"
 bash tests/bench/durand.sh "$out/durand" || say "Durand's city: a limit is not kept"
 if [ "${FOREST:-0}" != 0 ]; then
   printf '\n## A forest of the size of Durand'"'"'s\n\n%s\n%s\n\n' \
-    "7,750 trees of 1,000 leaves, 158 cells in glades, the sweep among the methods; its" \
-    "hierarchy, made once a worker, counts. \`SCENE=forest bash tests/bench/durand.sh\`. The paper: 23 s a cell."
+    "7,750 trees of 1,000 leaves, 158 cells, the sweep among the methods; its hierarchy," \
+    "made once a worker, counts. \`SCENE=forest bash tests/bench/durand.sh\`. Paper: 23 s a cell."
   SCENE=forest bash tests/bench/durand.sh "$out/durand" || say "Durand's forest: a limit is missed"
 fi
 } > "$out/accuracy.md"
