@@ -3,7 +3,6 @@
 # measured by this run, on this machine. About half an hour on two quiet cores.
 #   bash docs/make_accuracy.sh
 #   CELLS=100 bash docs/make_accuracy.sh              more cells of every scene
-#   FOREST=1 bash docs/make_accuracy.sh               the forest of the paper's size, too
 #   PVSFARM_SCENES=FOLDER bash docs/make_accuracy.sh  real scenes: each folder with a scene.obj
 #                                                     (default: ../shared/scenes)
 # What was measured stays in build/accuracy/*.jsonl; `pvsfarm chart --data` shows it again.
@@ -373,24 +372,6 @@ END
 say "farm"
 "$bench" farm --generator city --size 20 --cell-size 5 --cells "$farm_cells" \
   --bin build/release/bin --work "$out/farm"
-cat <<END
-
-## A city of the size of Durand's
-
-Durand 2000, section 7.1: 12 districts, 1.8 million triangles of buildings, 3,000 moving cars of
-1,400 each, the street cells of one district, split by a budget; \`bash tests/bench/durand.sh\`, the
-import of the GLB file included. The paper: 96 % culled, 12,166 cells evaluated for 6,845 leaves in
-165 minutes, 60 MB.
-
-END
-say "Durand's city"
-bash tests/bench/durand.sh "$out/durand" || say "Durand's city: a limit is not kept"
-if [ "${FOREST:-0}" != 0 ]; then
-  printf '\n## A forest of the size of Durand'"'"'s\n\n%s\n%s\n\n' \
-    "7,750 trees of 1,000 leaves, 158 cells, the sweep among the methods; its hierarchy," \
-    "made once a worker, counts. \`SCENE=forest bash tests/bench/durand.sh\`. Paper: 23 s a cell."
-  SCENE=forest bash tests/bench/durand.sh "$out/durand" || say "Durand's forest: a limit is missed"
-fi
 } > "$out/accuracy.md"
 mv "$out/accuracy.md" docs/accuracy.md
 say "wrote docs/accuracy.md"

@@ -103,6 +103,9 @@ Status verdict(const AuditOptions& options, const AuditReport& report) {
   const std::string& store = options.scene.store;
   if (report.interrupted)
     return Error{ErrorKind::kInterrupted, "stopped; the report is of what was done until then"};
+  if (report.figures.leaves_reached == 0)
+    return runtime_error(store + ": the time was too short to audit a single cell; give it more "
+                         "--seconds");
   if (options.plant > report.plants_found())
     return runtime_error(store + ": the audit found " + std::to_string(report.plants_found()) +
                          " of " + std::to_string(options.plant) +

@@ -26,8 +26,7 @@ case "$name" in
   forest)
     "$pvsfarm" generate forest --trees 7750 --leaves 1000 --glades 158 --cell-size 2 \
       -o "$folder/forest.glb" >&2
-    options=(--tags "$folder/forest.tags.json"
-      --methods "aimed-rays,projection,fine-projection,sweep") ;;
+    options=(--tags "$folder/forest.tags.json") ;;
   *) echo "SCENE is city or forest" >&2; exit 2 ;;
 esac
 begin=$SECONDS
