@@ -77,10 +77,11 @@ class Judge {
     ASSERT_TRUE(stored.seen.subset_of(stored.visible)) << "cell " << index;
     if (node.leaf && !node.key.is_root() &&
         store_.node(index).value().reason == LeafReason::kMerged)
-      return;  // a union of cells that are not stored
+      return;                // a union of cells that are not stored
+    if (!node.leaf) return;  // the unions of its leaves'
     VisibleSet parent = all_occludees(*scene_);
-    if (node.parent >= 0)
-      parent = store_.sets(static_cast<std::uint32_t>(node.parent)).value().visible;
+    for (const StoredNode& ancestor : ancestors_of(node))
+      parent.remove_all(evaluator_.evaluate(ancestor.key, ancestor.cell, parent).hidden);
     const CellDelta delta = evaluator_.evaluate(node.key, node.cell, parent);
     parent.remove_all(delta.hidden);
     EXPECT_EQ(delta.statistics.contradictions, 0u);
@@ -93,6 +94,15 @@ class Judge {
   const Scene& scene() const { return *scene_; }
 
  private:
+  // From the root on.
+  std::vector<StoredNode> ancestors_of(const StoredNode& node) {
+    std::vector<StoredNode> list;
+    for (std::int64_t i = node.parent; i >= 0; i = list.back().parent)
+      list.push_back(store_.node(static_cast<std::uint32_t>(i)).value());
+    std::reverse(list.begin(), list.end());
+    return list;
+  }
+
   void check_witnesses(const StoredNode& node, const VisibleSet& seen) {
     // Both judges keep about 1e-9 of the scene's extent clear, each by a formula of its own: a
     // witness that clears the product's margin may come a little nearer than the other's.
