@@ -15,6 +15,7 @@ sampling_rays=${SAMPLING_RAYS:-1000000} # a cell, the most of the series that on
 rival_rays=${RIVAL_RAYS:-10000000}      # the same, in the comparison with sampling
 farm_cells=${FARM_CELLS:-2000}
 combination_rays=${COMBINATION_RAYS:-100000000} # over all scenes
+combination_cells=${COMBINATION_CELLS:-2}       # of a scene
 seeds=${SEEDS:-1}                       # random variants of each perturbation
 workers=${WORKERS:-$(nproc)}
 real_scenes=${PVSFARM_SCENES:-../shared/scenes}
@@ -140,8 +141,11 @@ for blocks in 5 7 10 14 20; do
 done
 most_rays=$rival_rays measure city_5 rival "city of 20 x 20 blocks, 5 m cells" \
   --series bake,sampling --kind rival --gap 0.15
-say "stability"
+say "stability, and combinations beside it: neither tells the time"
+"$combinations" --rays "$combination_rays" --cells "$combination_cells" > "$out/combinations.md" &
+judged=$!
 "$stability" --seeds "$seeds" --cells 3 --rays 200000 > "$out/stability.jsonl"
+wait "$judged"
 
 # 2. Draw.
 methods=(--series cascade,item-buffers,resolution,sampling)
@@ -303,8 +307,7 @@ called hidden. *Contradictions* are objects that the evaluation itself saw after
 hidden; *wrong* are objects that a ray of an oracle saw which shares no code with the evaluator.
 
 END
-say "combinations"
-"$combinations" --rays "$combination_rays"
+cat "$out/combinations.md"
 cat <<END
 
 ## What is culled

@@ -56,6 +56,7 @@ seconds=$((SECONDS - begin))  # import included
 
 "$pvsfarm" inspect "$folder/$name.pvs" --json > "$folder/inspect.json"
 field() { grep -o "\"$2\":[0-9.eE+-]*" "$1" | head -n 1 | cut -d: -f2; }
+rounded() { printf '%.1f' "$(field "$summary" "$1")"; }
 failed=0
 # row WHAT VALUE LIMIT: a table row; LIMIT as a comparison of awk, or nothing
 row() {
@@ -75,15 +76,15 @@ echo "|---|---:|---:|---|"
 row "cells evaluated" "$(field "$summary" evaluated)"
 row "leaf cells" "$leaves"
 if [ "$name" = city ]; then
-  row "culled, % of triangles" "$(field "$summary" culled_percent)" ">= 96"
+  row "culled, % of triangles" "$(rounded culled_percent)" ">= 96"
   row "whole bake, seconds" "$seconds" "<= $limit_seconds"
-  row "CPU a cell, ms" "$(field "$summary" worker_cpu_ms_per_cell)"
+  row "CPU a cell, ms" "$(rounded worker_cpu_ms_per_cell)"
   row "bytes a leaf cell, all that is stored of cells" "$bytes" "<= 100"
   memory="<= 2097152"
 else
-  row "culled, % of triangles" "$(field "$summary" culled_percent)" ">= 95.5"
+  row "culled, % of triangles" "$(rounded culled_percent)" ">= 95.5"
   row "whole bake, seconds" "$seconds"
-  row "CPU a cell, ms" "$(field "$summary" worker_cpu_ms_per_cell)" "<= 500"
+  row "CPU a cell, ms" "$(rounded worker_cpu_ms_per_cell)" "<= 500"
   memory=""
 fi
 row "memory of the coordinator, kB" "$coordinator_kb" "$memory"
