@@ -11,6 +11,6 @@ for preset in asan tsan; do
   ctest --test-dir "build/$preset" -j "$(nproc)" -LE '^(bench|slow)$' --output-on-failure "$@"
 done
 # Every combination of provers, on every scene: 10^8 rays at what they hide.
-build/release/bench/bench_combinations --cells 6 --surface-cells 2 --rays 100000000
+build/release/bench/bench_combinations --cells 6 --surface-cells 2 --rays 120000000
 # Last, as it wants the machine for itself.
 bash tests/bench/durand.sh
