@@ -48,7 +48,7 @@ Points ingredients(const SeriesBase& base) {
     const bool has = all.methods.has(method);
     EvaluatorSettings settings = all;
     settings.methods = Methods::from_bits(all.methods.bits() ^ Methods{method}.bits());
-    points.push_back({std::string(has ? "without " : "with ") + to_string(method),
+    points.push_back({std::string(has ? kWithout : kWith) + to_string(method),
                       static_cast<double>(points.size()), settings});
   }
   return points;
@@ -133,6 +133,13 @@ Points slices(const SeriesBase& base) {
           {"slices after Projections", 2, after}};
 }
 
+// The improved Projection as its paper measured it: with Projections, and nothing else.
+Points improved(const SeriesBase& base) {
+  EvaluatorSettings with = projection_alone(base);
+  with.methods = {Method::kProjection, Method::kImproved};
+  return {{kPlainProjections, 0, projection_alone(base)}, {kImprovedProjections, 1, with}};
+}
+
 Points sampling(const SeriesBase& base) {
   Points points;
   const auto add = [&](double rays) {
@@ -161,6 +168,7 @@ constexpr Series kSeries[] = {
     {"raster", "Projections, direct and OSMesa", "#7a4a2b", true, raster},
     {"sweep", "occlusion sweep, alone and after Projections", "#4f7f1f", true, sweep},
     {"slices", "slices of solids, alone and after Projections", "#8f3a5c", true, slices},
+    {"improved", "Projections, plain and improved", "#2aa5c9", true, improved},
     {"ingredients", "a method more or less", "#b0833a", true, ingredients},
     {"sampling", "random rays (prove nothing)", "#d1414f", false, sampling},
 };

@@ -40,6 +40,11 @@ struct Series {
 
 // The point of the series "ingredients" that the others are set against.
 inline constexpr const char* kAllIngredients = "a bake's methods";
+// What the labels of the others begin with, before the method's name.
+inline constexpr std::string_view kWith = "with ", kWithout = "without ";
+// The points of the series "improved".
+inline constexpr const char* kPlainProjections = "Projections";
+inline constexpr const char* kImprovedProjections = "Projections, improved";
 
 std::span<const Series> all_series();
 const Series* series_named(std::string_view name);  // null: there is none

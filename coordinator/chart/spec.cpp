@@ -229,31 +229,6 @@ Json rival(std::span<const ChartRow> rows) {
   return spec;
 }
 
-Json ingredients(std::span<const ChartRow> rows) {
-  Json values = Json::array();
-  for (const ChartRow& row : rows)
-    values.push_back({{"scene", row.scene},
-                      {"label", row.label},
-                      {"cpu_ms", rounded(row.cpu_ms)},
-                      {"pvs_over_seen", rounded(row.pvs_over_seen_triangles)}});
-  Json spec = chart_frame();
-  spec["title"] = Json::parse(R"json({"text": "What each method gains and costs",
-    "subtitle": "A bake that goes on to the end, with one method more or one less"})json");
-  spec["data"]["values"] = std::move(values);
-  const std::vector<std::string> scenes = scenes_of(rows);
-  spec["facet"] = {{"field", "scene"}, {"type", "nominal"}, {"sort", scenes}, {"title", nullptr}};
-  spec["columns"] = std::min(scenes.size(), kPanelsInARow);
-  spec["spec"] = Json::parse(R"json({"width": 215, "height": 200,
-    "mark": {"type": "point", "filled": true, "size": 70},
-    "encoding": {
-      "y": {"field": "pvs_over_seen", "type": "quantitative", "title": "PVS / seen, triangles",
-            "scale": {"type": "log"}, "axis": {"format": "~g", "tickCount": 6}},
-      "color": {"field": "label", "type": "nominal", "title": null},
-      "shape": {"field": "label", "type": "nominal", "title": null}}})json");
-  spec["spec"]["encoding"]["x"] = time_axis();
-  return spec;
-}
-
 }  // namespace
 
 const char* to_string(ChartKind kind) { return kNames[static_cast<std::size_t>(kind)]; }
@@ -269,7 +244,7 @@ std::vector<std::string> series_shown(ChartKind kind) {
   if (kind == ChartKind::kResolution) return {"resolution"};
   if (kind == ChartKind::kScale) return {"bake", "projection"};
   if (kind == ChartKind::kRival) return {"bake", "sampling"};
-  if (kind == ChartKind::kIngredients) return {"ingredients"};
+  if (kind == ChartKind::kIngredients) return {"ingredients", "improved"};
   std::vector<std::string> curves;
   for (const Series& series : all_series())
     if (std::string_view(series.name) != "ingredients") curves.emplace_back(series.name);
@@ -293,7 +268,7 @@ Result<std::string> chart_spec(ChartKind kind, std::span<const ChartRow> rows) {
   if (kind == ChartKind::kResolution) return text_of(resolution(*shown));
   if (kind == ChartKind::kScale) return text_of(scale(*shown));
   if (kind == ChartKind::kRival) return text_of(rival(*shown));
-  if (kind == ChartKind::kIngredients) return text_of(ingredients(*shown));
+  if (kind == ChartKind::kIngredients) return ingredients_spec(*shown);
   return text_of(accuracy(*shown));
 }
 

@@ -34,6 +34,9 @@ Result<std::vector<ChartRow>> rows_shown(ChartKind kind, std::span<const ChartRo
 
 // JSON text. Errors: as rows_shown; kInvalidInput without stability rows. Requires: not kStability.
 Result<std::string> chart_spec(ChartKind kind, std::span<const ChartRow> rows);
+// What chart_spec gives for kIngredients. Errors: kInvalidInput, if no method can be set against
+// a bake without it.
+Result<std::string> ingredients_spec(std::span<const ChartRow> rows);
 Result<std::string> stability_spec(std::span<const StabilityRow> rows);
 
 }  // namespace pvsfarm

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "coordinator/chart/fit.hpp"
+#include "coordinator/chart/gain.hpp"
 #include "coordinator/chart/series.hpp"
 #include "coordinator/chart/spec_parts.hpp"
 
@@ -92,6 +93,7 @@ std::string ingredients(std::span<const ChartRow> rows) {
       heading({"scene", "methods", "CPU, ms", "change, %", "PVS, triangles", "change, %",
                "PVS / seen, triangles", "gap, %", "culled, %", "wrong"});
   for (const ChartRow& row : rows) {
+    if (row.series != "ingredients") continue;
     const auto base = std::find_if(rows.begin(), rows.end(), [&](const ChartRow& other) {
       return other.scene == row.scene && other.label == kAllIngredients;
     });
@@ -102,6 +104,17 @@ std::string ingredients(std::span<const ChartRow> rows) {
                   number(row.pvs_over_seen_triangles, 3), percent_or_dash(row.gap),
                   number(row.culled_percent, 2), std::to_string(row.violations)});
   }
+  const std::vector<ImprovedGain> improved = improved_gains(rows);
+  if (improved.empty()) return text;
+  text += "\n" + heading({"scene", "improved Projection, with Projections alone: PVS smaller by, %",
+                          "among the bake's methods, %", "Durand 2000, on a city, %"});
+  const auto one_decimal = [](const std::optional<double>& percent) {
+    return percent ? number(*percent, 1) : "-";
+  };
+  const std::string paper = number(kPaperLeastPercent, 0) + " to " + number(kPaperMostPercent, 0);
+  for (const ImprovedGain& gain : improved)
+    text += line(
+        {gain.scene, one_decimal(gain.alone_percent), one_decimal(gain.in_bake_percent), paper});
   return text;
 }
 
