@@ -21,10 +21,14 @@ std::uint8_t beyond_faces(const Vec3& world, const Vec3& local, const Cell& cell
                           const CellFrame& frame) {
   unsigned bits = 0;
   const double margin = kRounding * (size_of(local) + frame.offset_scale());
+  const bool exact = comparable(cell, frame);
   for (int a = 0; a < 3; ++a) {
-    const bool exact = comparable(cell, frame);
-    const bool below = exact ? world[a] <= cell.lo[a] : local[a] + frame.half()[a] < -margin;
-    const bool above = exact ? world[a] >= cell.hi[a] : local[a] - frame.half()[a] > margin;
+    // A cell without depth lies in its face: what touches that may pass through all eyes.
+    const bool touch = cell.lo[a] < cell.hi[a];
+    const bool below = exact ? world[a] < cell.lo[a] || (touch && world[a] == cell.lo[a])
+                             : local[a] + frame.half()[a] < -margin;
+    const bool above = exact ? world[a] > cell.hi[a] || (touch && world[a] == cell.hi[a])
+                             : local[a] - frame.half()[a] > margin;
     bits |= (below ? 1u : 0u) << (2 * a) | (above ? 1u : 0u) << (2 * a + 1);
   }
   return static_cast<std::uint8_t>(bits);

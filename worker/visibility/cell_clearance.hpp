@@ -17,7 +17,9 @@ struct CornersAtCell {
 };
 
 // Bit 2 a: the point is at or below the cell's low face of axis a; bit 2 a + 1: at or above the
-// high one. Exact for aligned cells, else beyond doubt.
+// high one. Exact for aligned cells, else beyond doubt. Along an axis on which the cell has no
+// depth "at" does not count: eyes lie in the face, and of the triangles that meet there some may go
+// on above and some below them.
 std::uint8_t beyond_faces(const Vec3& world, const Vec3& local, const Cell& cell,
                           const CellFrame& frame);
 

@@ -27,8 +27,7 @@ struct ChainEdge {
 
 struct SurfaceChain {
   std::vector<Vec3> vertices;  // local frame
-  // Bit 2 a: at or below the cell's low face of axis a; bit 2 a + 1: at or above the high one.
-  // Exact for aligned cells, else beyond doubt.
+  // Which faces of the cell a vertex lies beyond, see beyond_faces().
   std::vector<std::uint8_t> beyond;
   std::vector<ChainTriangle> triangles;
   std::vector<ChainEdge> edges;
