@@ -190,13 +190,13 @@ Result<std::vector<std::uint32_t>> StoreReader::leaves_at(const Vec3& point) {
   if (Status status = verify_all(); !status) return status.error();
   const Vec3 in_file = file_from_internal(header_.up, point);
   const double p[3] = {in_file.x, in_file.y, in_file.z};
+  constexpr std::uint32_t kUsual = 16;  // cells that share a point
   std::uint32_t count = 0;
-  std::vector<std::uint32_t> cells;
-  pvs_status status = pvs_find(store_.get(), p, nullptr, 0, &count);
-  if (status == PVS_OK && count > 0) {
-    cells.resize(count);
-    status = pvs_find(store_.get(), p, cells.data(), count, &count);
-  }
+  std::vector<std::uint32_t> cells(kUsual);
+  pvs_status status = pvs_find(store_.get(), p, cells.data(), kUsual, &count);
+  const bool more = count > kUsual;
+  cells.resize(count);
+  if (status == PVS_OK && more) status = pvs_find(store_.get(), p, cells.data(), count, &count);
   if (status != PVS_OK)
     return damage("the location of points",
                   static_cast<std::uint64_t>(store_->locate_roots - store_->bytes));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 
 #include "common/base/random.hpp"
 #include "coordinator/audit/neighbours.hpp"
@@ -14,6 +15,8 @@ constexpr std::uint64_t kFirstPassRays = 4'000'000, kFewestRays = 100, kMostRays
 constexpr std::uint64_t kRaysASuspect = 16;  // half of a cell's rays are for its suspects
 constexpr int kDoublings = 12;  // four times the rays with each pass, up to so many doublings
 constexpr std::uint32_t kLeavesAnInner = 4;  // one inner cell is audited for so many leaves
+constexpr std::size_t kRun = 64;             // leaves next to each other in the store
+constexpr std::size_t kKeptBytes = 64u << 20;
 
 VisibleSet united(const VisibleSet& a, const VisibleSet& b) {
   std::vector<std::uint64_t> words(a.words().begin(), a.words().end());
@@ -30,6 +33,19 @@ void shuffle(std::vector<std::uint32_t>& list, Random& random) {
   for (std::size_t i = list.size(); i > 1; --i) std::swap(list[i - 1], list[random.below(i)]);
 }
 
+// Runs of leaves change places: neighbours in the store are mostly neighbours in the scene, whose
+// sets are read together, and a time that ends early has still been all over the store.
+std::vector<std::uint32_t> shuffled_runs(const std::vector<std::uint32_t>& leaves, Random& random) {
+  std::vector<std::uint32_t> runs((leaves.size() + kRun - 1) / kRun), list;
+  std::iota(runs.begin(), runs.end(), 0u);
+  shuffle(runs, random);
+  for (const std::size_t run : runs) {
+    const std::size_t end = std::min(leaves.size(), (run + 1) * kRun);
+    for (std::size_t i = run * kRun; i < end; ++i) list.push_back(leaves[i]);
+  }
+  return list;
+}
+
 // Never one of the bake's own, which are drawn from the key alone.
 std::uint64_t seed_for(std::uint64_t seed, int pass, const CellKey& key) {
   const std::uint64_t run =
@@ -39,6 +55,9 @@ std::uint64_t seed_for(std::uint64_t seed, int pass, const CellKey& key) {
 }
 
 }  // namespace
+
+StoreAudit::StoreAudit(StoreReader& store, std::uint64_t seed)
+    : store_(store), read_(store, kKeptBytes), seed_(seed) {}
 
 Result<std::unique_ptr<StoreAudit>> StoreAudit::make(StoreReader& store, std::uint64_t seed) {
   std::unique_ptr<StoreAudit> audit(new StoreAudit(store, seed));
@@ -51,7 +70,7 @@ Result<std::unique_ptr<StoreAudit>> StoreAudit::make(StoreReader& store, std::ui
     (node->leaf ? audit->leaves_ : audit->inner_).push_back(i);
   }
   Random random(seed);
-  shuffle(audit->leaves_, random);
+  audit->leaves_ = shuffled_runs(audit->leaves_, random);
   shuffle(audit->inner_, random);
   audit->reached_.assign(store.node_count(), 0);
   audit->answered_a_pass_.assign(kMaxPasses, 0);
@@ -80,12 +99,14 @@ StoreAudit::Place StoreAudit::place_of(std::uint32_t number) const {
 }
 
 Result<StoredSets> StoreAudit::sets(std::uint32_t cell) {
-  auto sets = store_.sets(cell);
-  const auto planted = plants_.find(cell);
-  if (!sets || planted == plants_.end()) return sets;
-  for (const ObjectId object : planted->second) {
-    sets->visible.remove(object);
-    sets->seen.remove(object);
+  const auto read = read_.sets(cell);
+  if (!read) return read.error();
+  StoredSets sets = **read;
+  if (const auto planted = plants_.find(cell); planted != plants_.end()) {
+    for (const ObjectId object : planted->second) {
+      sets.visible.remove(object);
+      sets.seen.remove(object);
+    }
   }
   return sets;
 }

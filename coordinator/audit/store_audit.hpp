@@ -1,12 +1,11 @@
 // Audits a finished store: which cells are asked about in which order and how hard, and what comes
 // of it. Rays only falsify: an audit that finds nothing is no proof.
 //
-// Pass after pass goes over all leaf cells, in an order of its own, with more rays each time, and
-// over some of the inner ones. The first pass is cheap, so that it reaches every cell of a large
-// store: what a cell lacks but its neighbours have is looked for first.
-// Source: theory F (sampled sets are lower bounds); the suspects are spatial coherence turned
-// against the store.
-// Threads: one.
+// Pass after pass goes over all leaf cells, in an order of its own that keeps a few neighbours
+// together, with more rays each time, and over some of the inner ones. The first pass is cheap, so
+// that it reaches every cell of a large store: what a cell lacks but its neighbours have is looked
+// for first. Source: theory F (sampled sets are lower bounds); the suspects are spatial coherence
+// turned against the store. Threads: one.
 #pragma once
 
 #include <map>
@@ -17,6 +16,7 @@
 
 #include "common/pvs/inquiry.hpp"
 #include "common/pvs/store_reader.hpp"
+#include "coordinator/audit/sets_cache.hpp"
 #include "coordinator/service/inquiry_work.hpp"
 
 namespace pvsfarm {
@@ -73,7 +73,7 @@ class StoreAudit : public InquirySource {
     int pass = 0;
     std::uint32_t cell = 0;
   };
-  StoreAudit(StoreReader& store, std::uint64_t seed) : store_(store), seed_(seed) {}
+  StoreAudit(StoreReader& store, std::uint64_t seed);
 
   std::uint32_t inner_a_pass() const;
   Place place_of(std::uint32_t number) const;
@@ -83,6 +83,7 @@ class StoreAudit : public InquirySource {
   std::uint64_t rays_for(int pass, std::uint64_t suspects) const;
 
   StoreReader& store_;
+  SetsCache read_;
   std::uint64_t seed_;
   std::vector<std::uint32_t> leaves_, inner_;  // shuffled
   std::vector<StoreObject> objects_;
