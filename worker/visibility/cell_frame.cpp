@@ -45,15 +45,18 @@ Box CellFrame::local_around_world(const Box& box) const {
     const Vec3 wide = (glm::abs(lo) + glm::abs(hi)) * kRounding;
     return {lo - wide, hi + wide};
   }
-  const Vec3 center = local_from_world(box.center());
-  const Vec3 half = box.size() * 0.5;
+  // Relative to the cell before anything else: far from the world's origin the middle of two
+  // coordinates is off by more than a small box is wide.
+  const Vec3 lo = box.lo - origin_, hi = box.hi - origin_;
+  const Vec3 middle = lo * 0.5 + hi * 0.5, half = hi * 0.5 - lo * 0.5;
   Box out;
   for (int a = 0; a < 3; ++a) {
+    const double center = dot(axes_[a], middle) - middle_[a];
     double reach = std::abs(axes_[a].x) * half.x + std::abs(axes_[a].y) * half.y +
                    std::abs(axes_[a].z) * half.z;
-    reach += kRounding * (reach + length(center) + length(box.center() - origin_));
-    out.lo[a] = center[a] - reach;
-    out.hi[a] = center[a] + reach;
+    reach += kRounding * (reach + length(lo) + length(hi) + length(middle_));
+    out.lo[a] = center - reach;
+    out.hi[a] = center + reach;
   }
   return out;
 }
