@@ -10,17 +10,17 @@ constexpr double kRounding = 0x1p-44;  // relative; dominates three dozen operat
 
 double size_of(const Vec3& p) { return std::abs(p.x) + std::abs(p.y) + std::abs(p.z); }
 
-// Whether coordinates of the world are those of the cell, bit for bit. Not if the frame is that of
-// the cell's mirror image (right_handed): its axes may be the world's, the cell's are not.
-bool comparable(const Cell& cell) { return cell.axes == Cell{}.axes && cell.origin == Vec3(0); }
-
 }  // namespace
+
+bool has_world_coordinates(const Cell& cell) {
+  return cell.axes == Cell{}.axes && cell.origin == Vec3(0);
+}
 
 std::uint8_t beyond_faces(const Vec3& world, const Vec3& local, const Cell& cell,
                           const CellFrame& frame) {
   unsigned bits = 0;
   const double margin = kRounding * (size_of(local) + frame.offset_scale());
-  const bool exact = comparable(cell);
+  const bool exact = has_world_coordinates(cell);
   for (int a = 0; a < 3; ++a) {
     // A cell without depth lies in its face: what touches that may pass through all eyes.
     const bool touch = cell.lo[a] < cell.hi[a];
@@ -45,7 +45,7 @@ int side_of_cell(const CornersAtCell& triangle, const Cell& cell, const CellFram
   const double error = normal_error * around;
   if (ahead - reach > error) return 1;
   if (-ahead - reach > error) return -1;
-  if (!comparable(cell)) return 0;
+  if (!has_world_coordinates(cell)) return 0;
   for (int a = 0; a < 3; ++a) {
     const double at = world[0][a];
     if (at != world[1][a] || at != world[2][a] || !(cell.lo[a] < cell.hi[a])) continue;

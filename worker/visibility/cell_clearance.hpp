@@ -16,6 +16,10 @@ struct CornersAtCell {
   Vec3 world[3], local[3];
 };
 
+// Whether coordinates of the world are those of the cell, bit for bit. CellFrame::aligned() does
+// not say so: it is the frame of right_handed(cell), and that may be the cell's mirror image.
+bool has_world_coordinates(const Cell& cell);
+
 // Bit 2 a: the point is at or below the cell's low face of axis a; bit 2 a + 1: at or above the
 // high one. Exact for aligned cells, else beyond doubt. Along an axis on which the cell has no
 // depth "at" does not count: eyes lie in the face, and of the triangles that meet there some may go
