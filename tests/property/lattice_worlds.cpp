@@ -237,6 +237,8 @@ class Builder {
       const double eighth = std::numbers::pi / 4;
       cell.axes = chance(0.5) ? frame_about_z(in(0, 8) * eighth) : random_frame(random_);
       if (chance(0.5)) cell.origin = point();
+      if (chance(0.3))  // at right angles up to kAxisTolerance
+        for (Vec3& axis : cell.axes) axis += Vec3(any(3) - 1, any(3) - 1, any(3) - 1) * 2e-7;
     } else if (chance(0.3)) {  // the world's axes, in any order, perhaps left-handed
       std::swap(cell.axes[any(3)], cell.axes[any(3)]);
       for (Vec3& axis : cell.axes)
