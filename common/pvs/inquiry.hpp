@@ -56,10 +56,11 @@ struct PassedBy {
   double clearance_m = 0;
   Vec3 at{0};  // the point of the line that is nearest to it
 };
-// An occluder that covers part of the object's view on a plane.
+// What hides part of an object.
 struct Blocker {
   std::vector<ObjectId> owners;  // whose matter it is
-  double share = 0;              // of the tested pixels, where it is what covers them
+  // Of the tested pixels, where it is what covers them; or of the lines that it meets first.
+  double share = 0;
 };
 // A projection plane in world coordinates: points origin + x * u + y * v.
 struct PlanePlace {
@@ -89,6 +90,9 @@ struct ExplainFinding {
     double depth_m = 0;             // beyond the plane: the nearest that the part can be
     double pixels = 0;              // that the part's views touch, those outside the map included
     double covered = 0;             // share of them that matter before the part covers: 1 if hidden
+    // What covers the pixels has no Projection of its own (sheets, sections, re-projected maps):
+    // shares, and `covered`, are of lines from all over the cell to all over the part.
+    bool by_lines = false;
     std::vector<Blocker> blockers;  // largest share first, at most kMaxBlockers
   };
   std::vector<Part> parts;

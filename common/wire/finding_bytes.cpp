@@ -34,6 +34,7 @@ void pack_part(const ExplainFinding::Part& part, proto::ExplainFinding::Part& ou
   out.set_objects(part.objects);
   out.set_pixels(part.pixels);
   out.set_covered(part.covered);
+  out.set_by_lines(part.by_lines);
   for (std::size_t i = 0; i < std::min(part.blockers.size(), kMaxBlockers); ++i) {
     proto::ExplainFinding::Blocker& to = *out.add_blockers();
     to.set_share(part.blockers[i].share);
@@ -112,6 +113,7 @@ bool unpack_part(const proto::ExplainFinding::Part& in, std::uint32_t objects,
   out.objects = in.objects();
   out.pixels = in.pixels();
   out.covered = in.covered();
+  out.by_lines = in.by_lines();
   for (const proto::ExplainFinding::Blocker& blocker : in.blockers())
     if (!unpack_blocker(blocker, objects, out.blockers.emplace_back())) return false;
   for (const double x :

@@ -53,9 +53,9 @@ class Turned {
       for (const ObjectId owner : blocker.owners) owners.push_back(of(owner));
       blockers.push_back({{"share", blocker.share}, {"owners", owners}});
     }
-    return {{"box", of(part.box)},   {"objects", part.objects}, {"plane", of(part.plane)},
-            {"depth", part.depth_m}, {"pixels", part.pixels},   {"covered", part.covered},
-            {"blockers", blockers}};
+    return {{"box", of(part.box)},       {"objects", part.objects}, {"plane", of(part.plane)},
+            {"depth", part.depth_m},     {"pixels", part.pixels},   {"covered", part.covered},
+            {"by_lines", part.by_lines}, {"blockers", blockers}};
   }
   Json of(const Explanation::Piece& piece) const {
     const ExplainFinding& f = piece.finding;

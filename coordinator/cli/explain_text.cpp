@@ -67,7 +67,8 @@ class Writer {
            counted(e_.asked.key.depth() - e_.node.key.depth(), "level", "levels") +
            " above, which holds " + cell + '.');
     if (e_.pieces.size() > 1)
-      line("The cell was merged of smaller ones, each with a proof of its own.");
+      line(e_.node.leaf ? "The cell was merged of smaller ones, each with a proof of its own."
+                        : "The cell was split: its parts have proofs of their own, it has none.");
   }
 
   void piece_title(std::size_t i) {
@@ -130,13 +131,19 @@ class Writer {
   void plane(const ExplainFinding& f, const ExplainFinding::Part& part) {
     const PlanePlace& p = part.plane;
     const Vec3 away = file_from_internal(up_, p.away);
+    const std::string side = std::to_string(p.resolution_px);
     line("Seen through the cell's " + direction(away) + " face, on a plane " +
          metres(p.distance_m) + " before it, its views touch " +
-         counted(static_cast<std::uint64_t>(part.pixels), "pixel", "pixels") + " of a map of " +
-         std::to_string(p.resolution_px) + " x " + std::to_string(p.resolution_px) + " (" +
+         counted(static_cast<std::uint64_t>(part.pixels), "pixel", "pixels") + " of a map" +
+         (f.method == Method::kSweep ? "" : " of " + side + " x " + side) + " (" +
          to_string(f.method) + ").");
-    line(part.covered == 1 ? "Matter before it covers them all:"
-                           : "Matter before it covers " + percent(part.covered) + " of them:");
+    const std::string share = part.covered == 1 ? "all" : percent(part.covered);
+    if (part.by_lines)
+      line("They are all covered. Of lines from the cell to it, these block " + share +
+           ", whoever is met first:");
+    else
+      line(part.covered == 1 ? "Matter before it covers them all:"
+                             : "Matter before it covers " + share + " of them:");
     double named = 0;
     for (const Blocker& blocker : part.blockers) {
       named += blocker.share;

@@ -30,7 +30,8 @@ struct Explanation {
     ExplainFinding finding;
   };
   // One; or several, which tile `node`, where the object was found hidden only from parts of it:
-  // those it was split into, or those that were merged again afterwards.
+  // those it was split into (an inner node's set is the union of its leaves', tighter than its own
+  // evaluation), or those that were merged again afterwards.
   std::vector<Piece> pieces;
   // The evaluation agrees with the store. False: another version baked it, or something is broken.
   bool agrees = true;

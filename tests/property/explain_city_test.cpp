@@ -78,6 +78,18 @@ TEST_P(ExplainedCity, AnswersAreTheEvaluatorsOwn) {
   explain_all(scene_, city_.cells[city_.cells.size() / 3].cell, {.raster = GetParam()}, step);
 }
 
+// Whatever a method hides, lines do not refute, and name who stands there.
+TEST_P(ExplainedCity, AnswersOfEveryMethodAreTheEvaluatorsOwn) {
+  if (GetParam() != RasterKind::kDirect) GTEST_SKIP() << "no other method is drawn by OpenGL";
+  // Boxes are no solids of slices: those of the city's houses are drawn as Projections.
+  for (const Method method : {Method::kSurfaces, Method::kSweep}) {
+    SCOPED_TRACE(to_string(method));
+    EvaluatorSettings settings{.gap = 0};
+    settings.methods = {Method::kAimedRays, Method::kImproved, Method::kSlices, method};
+    explain_all(scene_, city_.cells[city_.cells.size() / 3].cell, settings, 4);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Rasters, ExplainedCity,
                          testing::Values(RasterKind::kDirect, RasterKind::kOsmesa),
                          [](const auto& suite) { return std::string(to_string(suite.param)); });

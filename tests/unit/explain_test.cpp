@@ -5,6 +5,7 @@
 
 #include "common/scene/scene_build.hpp"
 #include "tests/support/make_objects.hpp"
+#include "tests/support/make_solids.hpp"
 #include "worker/evaluator/evaluator.hpp"
 #include "worker/inquiry/line_check.hpp"
 
@@ -180,6 +181,85 @@ TEST(Explain, ASeamIsOpenAndNamesItsTwoSides) {
   EXPECT_GT(finding.parts[0].covered, 0.5);
   EXPECT_LT(finding.parts[0].covered, 1);
   EXPECT_EQ(finding.parts[0].blockers.size(), 2u);
+}
+
+EvaluatorSettings alone(Method method) { return {.methods = {method}, .max_rays = 0}; }
+
+// By another method than Projections: the lines tell who stands there.
+void expect_named_by_lines(const ExplainFinding& finding, Method method) {
+  expect_sound(finding);
+  EXPECT_EQ(finding.method, method) << to_string(finding.method);
+  for (const auto& part : finding.parts) {
+    EXPECT_TRUE(part.by_lines);
+    EXPECT_GT(part.pixels, 0);
+    EXPECT_GT(part.plane.distance_m, 0);
+    EXPECT_LT(part.plane.x0, part.plane.x1);
+  }
+}
+
+// Its two panels leak along their common edge, each on its own.
+TEST(Explain, AFoldedScreenHidesAsOneSurface) {
+  const Vec3 a{5, -40, -40}, b{4, 0.1, -40}, c{4, 0.1, 40}, d{5, -40, 40}, e{5, 40, -40},
+      f{5, 40, 40};
+  SourceObject screen = polygon_object("screen", std::array{a, b, c, d}, Role::kOnlyOccludes);
+  append(screen, polygon_object("right", std::array{b, e, f, c}));
+  const Asked scene({screen, target("box", {{10, -1, -1}, {11, 1, 1}})});
+  EXPECT_NE(scene.about("box", kProversOnly).verdict, Verdict::kHidden);
+  const ExplainFinding finding = scene.about("box", alone(Method::kSurfaces));
+  expect_named_by_lines(finding, Method::kSurfaces);
+  ASSERT_EQ(finding.parts[0].blockers.size(), 1u);
+  EXPECT_EQ(scene.names(finding.parts[0].blockers[0].owners), "screen ");
+  EXPECT_EQ(finding.parts[0].blockers[0].share, 1);
+}
+
+TEST(Explain, TheSectionOfABlockHidesWhatIsInIt) {
+  const std::vector<Vec2> notched{{-90, -90}, {90, -90}, {90, 80}, {80, 80}, {80, 90}, {-90, 90}};
+  SourceObject block;
+  block.name = "block";
+  append(block, extruded(notched, 5, 100));
+  const Asked scene({block, target("box", {{20, -1, -1}, {21, 1, 1}})});
+  const ExplainFinding finding = scene.about("box", alone(Method::kSlices));
+  expect_named_by_lines(finding, Method::kSlices);
+  EXPECT_EQ(scene.names(finding.parts[0].blockers[0].owners), "block ");
+  EXPECT_GT(finding.parts[0].plane.origin.x, 5);
+  EXPECT_LT(finding.parts[0].plane.origin.x, 20);
+}
+
+TEST(Explain, ASweepNamesTheWallsItHasPassed) {
+  const Asked scene({wall("left", 8, -40, 0.2), wall("right", 9, -0.5, 40),
+                     target("box", {{60, -1, -1}, {61, 1, 1}})});
+  const ExplainFinding finding = scene.about("box", alone(Method::kSweep));
+  expect_named_by_lines(finding, Method::kSweep);
+  ASSERT_EQ(finding.parts.size(), 1u);
+  ASSERT_EQ(finding.parts[0].blockers.size(), 2u);
+  EXPECT_GT(finding.parts[0].blockers[1].share, 0.2);
+  EXPECT_GT(finding.parts[0].plane.origin.x, 8);
+  EXPECT_EQ(finding.parts[0].box.lo, Vec3(60, -1, -1));
+}
+
+TEST(Explain, ASweepHidesNeighboursAsAGroup) {
+  std::vector<SourceObject> objects{wall("wall", 8, -60, 60)};
+  for (int i = 0; i < 5; ++i)
+    objects.push_back(
+        target("box " + std::to_string(i), {{60, 2.0 * i - 5, -1}, {61, 2.0 * i - 4, 1}}));
+  const Asked scene(std::move(objects));
+  const ExplainFinding finding = scene.about("box 3", alone(Method::kSweep));
+  expect_named_by_lines(finding, Method::kSweep);
+  EXPECT_EQ(finding.parts[0].objects, 5u);
+}
+
+// What a sweep could not hide keeps the plane of whoever came near.
+TEST(Explain, ASweepThatFailsForgetsNoPlane) {
+  const Asked scene({wall("left", 8, -40, -0.5), wall("right", 8, 0.5, 40),
+                     target("box", {{60, -1, -1}, {61, 1, 1}})});
+  EvaluatorSettings settings = kProversOnly;
+  settings.methods = {Method::kProjection, Method::kSweep};
+  settings.gap = 0;
+  const ExplainFinding finding = scene.about("box", settings);
+  EXPECT_EQ(finding.verdict, Verdict::kSeen);
+  ASSERT_EQ(finding.parts.size(), 1u);
+  EXPECT_FALSE(finding.parts[0].by_lines);
+  EXPECT_GT(finding.parts[0].covered, 0.3);
 }
 
 // The lines must be able to find a certificate out: here is one for a box in plain view.

@@ -72,7 +72,9 @@ class Explained : public testing::Test {
                           .plane = {.away = {0, 1, 0}, .distance_m = 12.5, .resolution_px = 256},
                           .pixels = 400,
                           .covered = 1,
+                          .by_lines = by_lines_,
                           .blockers = {{{ObjectId{0}}, 0.75}, {{ObjectId{2}, ObjectId{4}}, 0.25}}}};
+        if (by_lines_) finding.method = Method::kSweep;
       } else if (seen_) {
         finding.verdict = Verdict::kSeen;
         finding.method = Method::kAimedRays;
@@ -92,6 +94,7 @@ class Explained : public testing::Test {
   std::unique_ptr<StoreReader> store_;
   std::set<std::uint64_t> hides_;  // paths of the cells whose evaluation hides the object
   bool seen_ = false;
+  bool by_lines_ = false;
   std::vector<ExplainQuestion> asked_;
 };
 
@@ -143,6 +146,47 @@ TEST_F(Explained, WhatAMergedLeafHidesIsAskedOfItsHalves) {
   EXPECT_EQ(asked_.size(), 6u);  // the root, the leaf, its halves, the high one's halves
   EXPECT_NE(text(*e).find("merged of smaller ones"), std::string::npos);
   EXPECT_NE(text(*e).find("Part 3 of the cell"), std::string::npos);
+}
+
+// The set of an inner node is the union of its leaves', and holds less than its own evaluation
+// left.
+TEST_F(Explained, WhatAllLeavesOfAnInnerCellHideIsAskedOfItsParts) {
+  hides_ = {2, 6, 14, 15};
+  const auto e = explain(0, kHiddenAtRoot);
+  ASSERT_TRUE(e.ok());
+  EXPECT_FALSE(e->visible);
+  EXPECT_TRUE(e->agrees);
+  EXPECT_EQ(e->node.index, 0u);
+  ASSERT_EQ(e->pieces.size(), 4u) << "the low half, and what the high one was merged of";
+  EXPECT_EQ(e->pieces[0].key.path, 2u);
+  EXPECT_EQ(e->pieces[1].key.path, 6u);
+  EXPECT_EQ(e->pieces[3].key.path, 15u);
+  EXPECT_EQ(asked_[1].parent, only({0, 1, 2, 3})) << "what the root's own evaluation left";
+  EXPECT_NE(text(*e).find("The cell was split: its parts have proofs of their own"),
+            std::string::npos)
+      << text(*e);
+}
+
+TEST_F(Explained, WhatALeafOfAnInnerCellMaySeeIsExplainedByTheInnerCell) {
+  hides_ = {2};
+  seen_ = true;
+  const auto e = explain(0, kHiddenLow);  // in the high leaf's set alone
+  ASSERT_TRUE(e.ok());
+  EXPECT_TRUE(e->visible);
+  EXPECT_TRUE(e->agrees);
+  EXPECT_EQ(asked_.size(), 1u);
+  EXPECT_EQ(e->pieces[0].finding.verdict, Verdict::kSeen);
+}
+
+TEST_F(Explained, ACertificateWithoutProjectionsNamesWhoBlocksItsLines) {
+  hides_ = {1};
+  by_lines_ = true;
+  const std::string said = text(*explain(2, kHiddenAtRoot));
+  EXPECT_NE(said.find("touch 400 pixels of a map (sweep).\n"
+                      "They are all covered. Of lines from the cell to it, these block all, "
+                      "whoever is met first:\n  75.0 %  house\n"),
+            std::string::npos)
+      << said;
 }
 
 TEST_F(Explained, WhatNoEvaluationHidesIsADisagreement) {

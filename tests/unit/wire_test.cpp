@@ -45,6 +45,7 @@ ExplainFinding some_explanation() {
   finding.parts.push_back({.box = {{0, 0, 0}, {1, 1, 1}},
                            .objects = 4,
                            .plane = {.origin = {1, 2, 3}, .away = {0, 0, 1}, .resolution_px = 256},
+                           .by_lines = true,
                            .blockers = {{{ObjectId{1}, ObjectId{2}}, 0.75}}});
   finding.unblocked.push_back({{1, 1, 1}, {2, 2, 2}});
   finding.visible = VisibleSet::all(5);

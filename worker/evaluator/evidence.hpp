@@ -8,6 +8,7 @@
 
 #include "common/base/ids.hpp"
 #include "common/pvs/inquiry.hpp"
+#include "common/scene/scene.hpp"
 #include "worker/visibility/occluder_pieces.hpp"
 #include "worker/visibility/occlusion_map.hpp"
 
@@ -29,9 +30,14 @@ struct Evidence {
 
   // The method that settled it, or else the last prover that could not.
   Method method = Method::kProjection;
-  // What that prover had drawn, and where. The occluders point into the scene.
+  // What that prover had drawn, and where. The occluders point into the scene. No occluders, or
+  // fewer than it had: what it drew is not made of Projections (surfaces, slices, a sweep).
   std::vector<ProjectionPlane> planes;
   LocalOccluders occluders;
 };
+
+// How many of `open` there are in the node; 0 if what is watched, if anything, is not among them.
+std::uint32_t group_of_watched(const Evidence* watched, const VisibleSet& open,
+                               const BvhNode& node);
 
 }  // namespace pvsfarm

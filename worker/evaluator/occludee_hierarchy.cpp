@@ -3,16 +3,6 @@
 #include <algorithm>
 
 namespace pvsfarm {
-namespace {
-
-std::uint32_t count_in(const VisibleSet& open, const BvhNode& node) {
-  std::uint32_t count = 0;
-  for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
-    count += open.contains(ObjectId{i}) ? 1 : 0;
-  return count;
-}
-
-}  // namespace
 
 // The rule on one map.
 PlaneAnswer HierarchyTest::ask(std::size_t map, const Box& local_box) {
@@ -147,9 +137,8 @@ void HierarchyTest::visit(std::uint32_t index, MapMask useful, VisibleSet& open)
   if (node.box.empty() || !open.any_in(node.first, node.count)) return;
   const Box local_box = frame_.local_around_world(node.box);
   if (hidden(local_box, useful)) {
-    if (watched_ != nullptr && open.contains(watched_->object) &&
-        index_of(watched_->object) - node.first < node.count)
-      watched_->parts = {{local_box, hidden_by_, count_in(open, node), improved_}};
+    if (const std::uint32_t group = group_of_watched(watched_, open, node); group > 0)
+      watched_->parts = {{local_box, hidden_by_, group, improved_}};
     open.remove_range(node.first, node.count);
     return;
   }

@@ -43,8 +43,10 @@ class SweepTest {
     Face face;
     std::span<const CoverageBits> maps;
   };
-  SweepTest(const Scene& scene, const CellFrame& frame, std::span<const Maps> faces)
-      : scene_(scene), frame_(frame), faces_(faces) {}
+  // Notes in `evidence`, if any, the parts of its object that are hidden, and on which planes.
+  SweepTest(const Scene& scene, const CellFrame& frame, std::span<const Maps> faces,
+            Evidence* evidence)
+      : scene_(scene), frame_(frame), faces_(faces), watched_(evidence) {}
 
   void run(VisibleSet& open, int splits) {
     splits_ = splits;
@@ -69,6 +71,7 @@ class SweepTest {
         const CoverageBits& map = face.maps[count - back];
         const ProjectionPlane& plane = map.where().plane;
         const Box box = plane.plane_from_local(local);
+        hidden_by_ = &plane;
         if (map.covered(occludee_rect(plane, box))) return true;
       }
     }
@@ -76,7 +79,10 @@ class SweepTest {
   }
 
   bool hidden_by_parts(const Box& local, int splits_left) {
-    if (hidden(local)) return true;
+    if (hidden(local)) {
+      if (noting_) found_.emplace_back(local, *hidden_by_);
+      return true;
+    }
     if (splits_left == 0) return false;
     int axis = 0;
     const Vec3 size = local.size();
@@ -90,7 +96,12 @@ class SweepTest {
   void visit(std::uint32_t index, VisibleSet& open) {
     const BvhNode& node = scene_.bvh()[index];
     if (node.box.empty() || !open.any_in(node.first, node.count)) return;
-    if (hidden(frame_.local_around_world(node.box))) {
+    const Box local = frame_.local_around_world(node.box);
+    if (hidden(local)) {
+      if (const std::uint32_t group = group_of_watched(watched_, open, node); group > 0) {
+        found_.assign(1, {local, *hidden_by_});
+        note(group);
+      }
       open.remove_range(node.first, node.count);
       return;
     }
@@ -101,15 +112,32 @@ class SweepTest {
     }
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
       const ObjectId id{i};
-      if (open.contains(id) &&
-          hidden_by_parts(frame_.local_around_world(scene_.object(id).box), splits_))
+      if (!open.contains(id)) continue;
+      noting_ = watched_ != nullptr && id == watched_->object;
+      found_.clear();
+      if (hidden_by_parts(frame_.local_around_world(scene_.object(id).box), splits_))
         open.remove(id);
+      if (noting_ && !open.contains(id)) note(1);
+      noting_ = false;
+    }
+  }
+
+  // What provers before this one noted is of no interest any more.
+  void note(std::uint32_t objects) {
+    *watched_ = {.object = watched_->object, .method = Method::kSweep};
+    for (const auto& [local, plane] : found_) {
+      watched_->parts.push_back({local, watched_->planes.size(), objects, {}});
+      watched_->planes.push_back(plane);
     }
   }
 
   const Scene& scene_;
   const CellFrame& frame_;
   std::span<const Maps> faces_;
+  Evidence* watched_;
+  bool noting_ = false;                         // the box being tested is of the watched object
+  const ProjectionPlane* hidden_by_ = nullptr;  // of the last box found hidden
+  std::vector<std::pair<Box, ProjectionPlane>> found_;  // hidden parts of the watched object
   int splits_ = 0;
   std::uint32_t box_tests_ = 0;
 };
@@ -191,7 +219,7 @@ void SweepProver::sweep_face(const Sweep& sweep, Face face) {
     // What the planes settle, and whether farther ones may be expected to settle anything.
     const std::uint32_t open_before = sweep.open.count();
     const SweepTest::Maps newest[] = {{face, std::span(&map, 1)}};
-    SweepTest test(scene_, frame, newest);
+    SweepTest test(scene_, frame, newest, sweep.evidence);
     test.run(sweep.open, 0);
     sweep.statistics.box_tests += test.box_tests();
     const std::uint32_t settled = open_before - sweep.open.count();
@@ -269,24 +297,6 @@ void SweepProver::add_occluder(const Sweep& sweep, const Occluder& occluder,
   map.draw(coverages_);
 }
 
-void SweepProver::note(const CellFrame& frame, Evidence& evidence) const {
-  constexpr int kSidePx = 256;
-  const Box box = frame.local_around_world(scene_.object(evidence.object).box);
-  ProjectionPlane last;
-  last.distance = 0;
-  for (const FaceMaps& f : faces_)
-    for (std::size_t m = f.first; m < f.first + f.count; ++m) {
-      const SweepPlane& where = maps_[m].where();
-      if (where.bound < depths(frame, f.face, box).lo && where.plane.distance > last.distance)
-        last = square_plane(frame, f.face, where.plane.distance, effort_.extent, kSidePx);
-    }
-  if (last.distance == 0 && !faces_.empty())  // hidden in parts, none of which is all of it
-    last = square_plane(frame, faces_[0].face, 1, effort_.extent, kSidePx);
-  evidence.planes = {last};
-  evidence.occluders = {};
-  evidence.parts = {{box, 0, 1}};
-}
-
 void SweepProver::run(const Cell& cell, VisibleSet& visible, VisibleSet& open,
                       CellStatistics& statistics, Evidence* evidence) {
   if (open.count() == 0) return;
@@ -295,7 +305,7 @@ void SweepProver::run(const Cell& cell, VisibleSet& visible, VisibleSet& open,
                        length(scene_.bounds().center() - cell.center());
   const double ground_depth = cell.bounds().lo.z >= scene_.ground() ? 4 * reach : 0;
   const OccludeeExtent extent = extent_of(scene_, frame, open);
-  const Sweep sweep{frame, extent, ground_depth, open, statistics};
+  const Sweep sweep{frame, extent, ground_depth, open, statistics, evidence};
   VisibleSet hidden = open;
   if (!tree_) tree_.emplace(scene_);
   faces_.clear();
@@ -309,12 +319,11 @@ void SweepProver::run(const Cell& cell, VisibleSet& visible, VisibleSet& open,
   std::vector<SweepTest::Maps> maps;
   for (const FaceMaps& f : faces_)
     maps.push_back({f.face, std::span<const CoverageBits>(maps_).subspan(f.first, f.count)});
-  SweepTest test(scene_, frame, maps);
+  SweepTest test(scene_, frame, maps, evidence);
   test.run(open, effort_.splits);
   statistics.box_tests += test.box_tests();
   hidden.remove_all(open);
   visible.remove_all(hidden);
-  if (evidence != nullptr && hidden.contains(evidence->object)) note(frame, *evidence);
 }
 
 }  // namespace pvsfarm

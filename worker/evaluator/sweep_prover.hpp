@@ -41,8 +41,8 @@ class SweepProver {
 
   // Removes from `open` and `visible` the objects of `open` that no point of the cell can see.
   // Adds to the statistics what it did; not which objects it settled.
-  // `evidence`, if its object is hidden here, is told the last plane before it, and the whole box
-  // as one part; what was drawn is too much to tell.
+  // `evidence`, if its object is in `open`, is told the planes that hide it; what was drawn on them
+  // and on those before them is too much to tell.
   void run(const Cell& cell, VisibleSet& visible, VisibleSet& open, CellStatistics& statistics,
            Evidence* evidence = nullptr);
 
@@ -54,6 +54,7 @@ class SweepProver {
     double ground_depth;
     VisibleSet& open;
     CellStatistics& statistics;
+    Evidence* evidence;
   };
   void sweep_face(const Sweep& sweep, Face face);
   void add_occluders(const Sweep& sweep, const PolygonPlane& plane, double before,
@@ -62,7 +63,6 @@ class SweepProver {
                     CoverageBits& map);
   std::vector<SweepPlane> planes_for(const CellFrame& frame, Face face,
                                      const OccludeeExtent& extent) const;
-  void note(const CellFrame& frame, Evidence& evidence) const;
 
   const Scene& scene_;
   SweepEffort effort_;

@@ -60,6 +60,7 @@ std::vector<std::uint64_t> Certificate::covered_pixels(const PixelRange& range, 
 
 std::vector<Certificate::Layer> Certificate::layers(const ProjectionPlane& plane,
                                                     const PlaneRect& rect, float depth) {
+  if (occluders_.list.empty()) return {};
   const int last = plane.resolution_px - 1;
   map_.reset(plane);
   PixelRange range = map_.touched(rect);

@@ -40,6 +40,12 @@ struct Explainer::State {
   void find_nearest_plane(const ExplainQuestion& question, const Evidence& evidence,
                           ExplainFinding& finding) const;
   void look_harder(const ExplainQuestion& question, ExplainFinding& finding);
+  bool made_of_projections(Method method) const {
+    const bool drawn_on =
+        settings.methods.has(Method::kSurfaces) || settings.methods.has(Method::kSlices);
+    return method == Method::kProjection || method == Method::kFineProjection ||
+           (method == Method::kImproved && !drawn_on);
+  }
   void note_passed(ObjectId object, ExplainFinding& finding);
   SightCheck& sight() {
     if (!sight_check) sight_check.emplace(scene);
@@ -58,6 +64,8 @@ ExplainFinding::Part Explainer::State::part_of(const Evidence::Part& hidden,
                                                Certificate& certificate) const {
   auto part = certificate.redraw(evidence.planes[hidden.plane], hidden.local_box, hidden.improved);
   PVS_CHECK(part.has_value());  // the prover asked no less of it
+  // What no Projection covers, the method covered otherwise: who stands there, lines tell.
+  part->by_lines = part->covered < 1 && !made_of_projections(evidence.method);
   part->objects = hidden.objects;
   // Widening by rounding, and by a cell's skew axes, is of no interest to people.
   if (hidden.objects == 1) part->box = common_box(part->box, scene->object(question.object).box);

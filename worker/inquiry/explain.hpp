@@ -2,7 +2,8 @@
 //
 // The answer names what really decided, for it comes from the evaluator that baked the store, run
 // with the same settings against the same set: the witness's line, or each plane that hides a part
-// of the object's box, with those who cover it. A certificate is then checked by other means:
+// of the object's box, with those who cover it (or, where that is no union of Projections, those
+// whom lines meet there first). A certificate is then checked by other means:
 // lines from all over the cell to all over the object must meet the scene's very triangles.
 #pragma once
 

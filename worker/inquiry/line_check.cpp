@@ -1,6 +1,8 @@
 #include "worker/inquiry/line_check.hpp"
 
 #include <algorithm>
+#include <map>
+#include <optional>
 
 #include "common/base/random.hpp"
 
@@ -30,6 +32,31 @@ std::vector<Vec3> eyes_of(const Cell& cell, Random& random) {
   return eyes;
 }
 
+// Whose matter the line meets first, or passes by most nearly if it meets none. The object's own
+// hides nothing of it.
+std::optional<ObjectId> blocker_of(const SightCheck& sight, const Sightline& line,
+                                   ObjectId object) {
+  const auto hit = sight.first_hit(line);
+  if (hit && hit->object != object) return hit->object;
+  const auto near = sight.nearest(line, object, 1);
+  return near.empty() ? std::nullopt : std::optional(near[0].object);
+}
+
+// The most frequent first.
+void name_blockers(const std::map<ObjectId, std::uint32_t>& counts, std::uint32_t lines,
+                   ExplainFinding::Part& part) {
+  part.blockers.clear();
+  std::uint32_t blocked = 0;
+  for (const auto& [owner, count] : counts) {
+    part.blockers.push_back({{owner}, static_cast<double>(count) / lines});
+    blocked += count;
+  }
+  std::stable_sort(part.blockers.begin(), part.blockers.end(),
+                   [](const Blocker& a, const Blocker& b) { return a.share > b.share; });
+  part.blockers.resize(std::min(part.blockers.size(), kMaxBlockers));
+  part.covered = static_cast<double>(blocked) / lines;
+}
+
 }  // namespace
 
 Box common_box(const Box& part, const Box& object) {
@@ -51,7 +78,8 @@ void check_by_lines(const Scene& scene, const SightCheck& sight, const ExplainQu
   const double margin = sight.margin_for(reach);
   const auto parts = static_cast<std::uint32_t>(finding.parts.size());
   const std::uint32_t lines = std::max(kLeastLinesAPart, (kLines + parts - 1) / parts);
-  for (const ExplainFinding::Part& part : finding.parts) {
+  for (ExplainFinding::Part& part : finding.parts) {
+    std::map<ObjectId, std::uint32_t> counts;
     const Box target = common_box(part.box, scene.object(question.object).box);
     for (std::uint32_t k = 0; k < lines; ++k) {
       const bool to_corner = k < kLeastLinesAPart;
@@ -59,10 +87,13 @@ void check_by_lines(const Scene& scene, const SightCheck& sight, const ExplainQu
       const Vec3 point = to_corner ? target.corner(static_cast<int>(k / 8))
                                    : point_in(target.lo, target.hi, random);
       ++finding.lines_checked;
-      if (finding.unblocked.size() < kMaxUnblocked &&
-          sight.clear({eye, point}, question.object, margin))
-        finding.unblocked.push_back({eye, point});
+      if (sight.clear({eye, point}, question.object, margin)) {
+        if (finding.unblocked.size() < kMaxUnblocked) finding.unblocked.push_back({eye, point});
+      } else if (part.by_lines) {
+        if (const auto by = blocker_of(sight, {eye, point}, question.object)) ++counts[*by];
+      }
     }
+    if (part.by_lines) name_blockers(counts, lines, part);
   }
 }
 

@@ -9,7 +9,8 @@ namespace pvsfarm {
 
 // Draws lines from the cell's corners and from all over it to the corners of every part of the
 // object's box and all over that, and notes in `finding` how many, and those that clear all opaque
-// matter but the object's own by SightCheck's margin.
+// matter but the object's own by SightCheck's margin. Of a part that is `by_lines`, fills in who
+// blocks them, and how many are blocked.
 void check_by_lines(const Scene& scene, const SightCheck& sight, const ExplainQuestion& question,
                     ExplainFinding& finding);
 
