@@ -107,8 +107,8 @@ TEST_P(RandomScenes, nothing_that_a_ray_reaches_is_hidden) {
   const bool fine = family == Family::kSolids || family == Family::kEarth;
   const double share = (raster == RasterKind::kOsmesa ? kOsmesaShare : 1 - kOsmesaShare) *
                        (fine ? kFineMeshShare : 1) / static_cast<double>(std::size(kFamilies));
-  const auto budget = static_cast<std::uint64_t>(
-      share * static_cast<double>(number_from_environment("PVSFARM_RAYS", kRaysInAll)) + 1);
+  const std::uint64_t rays_in_all = number_from_environment("PVSFARM_RAYS", kRaysInAll);
+  const auto budget = static_cast<std::uint64_t>(share * static_cast<double>(rays_in_all) + 1);
   Tally tally;
   const std::uint64_t only = number_from_environment("PVSFARM_SEED", 0);
   if (only != 0) {
@@ -116,7 +116,7 @@ TEST_P(RandomScenes, nothing_that_a_ray_reaches_is_hidden) {
   } else {
     const std::uint64_t first = raster == RasterKind::kOsmesa ? 1'000'000 : 1;
     for (std::uint64_t seed = first; tally.rays < budget && !HasFailure(); ++seed) {
-      ASSERT_LT(tally.worlds, kMostWorlds * (1 + budget / kRaysInAll))
+      ASSERT_LT(tally.worlds, kMostWorlds * (1 + rays_in_all / kRaysInAll))
           << "only " << tally.rays << " rays had a target";
       judge_world(family, raster, seed, tally);
     }
