@@ -81,7 +81,8 @@ struct ExplainFinding {
   // kSeen: the witness, and the opaque triangles of other objects it passes nearest by.
   SightLine line;
   std::vector<PassedBy> passed;
-  // kHidden: one plane for each part of the object's box (one part unless it had to be split).
+  // kHidden: one plane for each part of the object's box (one part unless it had to be split); if
+  // shafts hid it, one part without a plane (of resolution 0).
   // kOpen: the plane that covers most of it; none if no plane lies wholly between cell and object.
   struct Part {
     Box box;  // world, around the part; a group's box if objects were hidden as a group

@@ -4,7 +4,7 @@ namespace pvsfarm {
 namespace {
 constexpr std::array<const char*, kMethodCount> kNames{
     "look-around", "aimed-rays", "item-buffers", "projection", "fine-projection",
-    "surfaces",    "improved",   "slices",       "sweep"};
+    "surfaces",    "improved",   "slices",       "sweep",      "shafts"};
 }  // namespace
 
 const char* to_string(Method method) { return kNames[static_cast<std::size_t>(method)]; }

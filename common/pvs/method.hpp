@@ -20,11 +20,12 @@ enum class Method : std::uint8_t {
   kImproved = 6,        // prover: the improved Projection of occludees before a plane
   kSlices = 7,          // prover: sections of closed solids with the planes of the others
   kSweep = 8,           // prover: occlusion sweep, maps re-projected from plane to plane
+  kShafts = 9,          // prover: surfaces between parts of the cell and parts of an object
 };
-inline constexpr int kMethodCount = 9;
+inline constexpr int kMethodCount = 10;
 
 // Names of command lines, statistics and charts: "look-around", "aimed-rays", "item-buffers",
-// "projection", "fine-projection", "surfaces", "improved", "slices", "sweep".
+// "projection", "fine-projection", "surfaces", "improved", "slices", "sweep", "shafts".
 const char* to_string(Method method);
 std::optional<Method> method_named(std::string_view name);
 

@@ -54,7 +54,7 @@ class Planner {
       return;
     }
     for (const auto& part : f.parts) {
-      plan_.planes.push_back(rectangle_of(part.plane));
+      if (part.plane.resolution_px > 0) plan_.planes.push_back(rectangle_of(part.plane));
       for (const Blocker& blocker : part.blockers) note(blocker);
     }
   }

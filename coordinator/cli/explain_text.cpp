@@ -132,15 +132,19 @@ class Writer {
     const PlanePlace& p = part.plane;
     const Vec3 away = file_from_internal(up_, p.away);
     const std::string side = std::to_string(p.resolution_px);
-    line("Seen through the cell's " + direction(away) + " face, on a plane " +
-         metres(p.distance_m) + " before it, its views touch " +
-         counted(static_cast<std::uint64_t>(part.pixels), "pixel", "pixels") + " of a map" +
-         (f.method == Method::kSweep ? "" : " of " + side + " x " + side) + " (" +
-         to_string(f.method) + ").");
+    if (p.resolution_px == 0)
+      line("Part by part of cell and object, surfaces block every line between them (" +
+           std::string(to_string(f.method)) + ").");
+    else
+      line("Seen through the cell's " + direction(away) + " face, on a plane " +
+           metres(p.distance_m) + " before it, its views touch " +
+           counted(static_cast<std::uint64_t>(part.pixels), "pixel", "pixels") + " of a map" +
+           (f.method == Method::kSweep ? "" : " of " + side + " x " + side) + " (" +
+           to_string(f.method) + ").");
     const std::string share = part.covered == 1 ? "all" : percent(part.covered);
     if (part.by_lines)
-      line("They are all covered. Of lines from the cell to it, these block " + share +
-           ", whoever is met first:");
+      line((p.resolution_px == 0 ? std::string() : "They are all covered. ") +
+           "Of lines from the cell to it, these block " + share + ", whoever is met first:");
     else
       line(part.covered == 1 ? "Matter before it covers them all:"
                              : "Matter before it covers " + share + " of them:");

@@ -21,7 +21,8 @@ struct Options {
 };
 
 constexpr Method kProvers[] = {Method::kProjection, Method::kFineProjection, Method::kSurfaces,
-                               Method::kImproved,   Method::kSlices,         Method::kSweep};
+                               Method::kImproved,   Method::kSlices,         Method::kSweep,
+                               Method::kShafts};
 // Witnesses settle some objects before a prover meets them: another reading of the same cascade.
 constexpr Methods kWitnesses[] = {
     {},

@@ -39,13 +39,18 @@ EvaluatorSettings random_settings(RasterKind raster, Random& random) {
   settings.resolution_px = resolutions[random.below(3)];
   settings.planes_per_face = 1 + static_cast<int>(random.below(8));
   settings.extent = random.between(0.3, 3);
-  // What one prover hides, no other can be caught at: any of their combinations, surfaces and
-  // slices often alone; the sweep, which takes longest, seldom.
+  // What one prover hides, no other can be caught at: any of their combinations, surfaces,
+  // slices and shafts often alone; the sweep, which takes longest, seldom.
   constexpr Method kProvers[] = {Method::kProjection, Method::kFineProjection, Method::kSurfaces,
-                                 Method::kImproved,   Method::kSlices,         Method::kSweep};
-  const std::uint64_t alone = random.below(6);
-  settings.methods = {alone < 2 ? Method::kSurfaces : Method::kSlices};
-  if (alone < 3) return settings;
+                                 Method::kImproved,   Method::kSlices,         Method::kSweep,
+                                 Method::kShafts};
+  constexpr Method kAlone[] = {Method::kSurfaces, Method::kSlices, Method::kShafts,
+                               Method::kShafts};
+  const std::uint64_t alone = random.below(8);
+  if (alone < std::size(kAlone)) {
+    settings.methods = {kAlone[alone]};
+    return settings;
+  }
   std::uint32_t bits = 0;
   for (const Method method : kProvers)
     if (random.below(method == Method::kSweep ? 6 : 2) == 0) bits |= Methods{method}.bits();

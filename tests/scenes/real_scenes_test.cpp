@@ -47,7 +47,7 @@ EvaluatorSettings planes_only(RasterKind raster) {
 }
 EvaluatorSettings surfaces_only() {
   EvaluatorSettings settings = provers_only(RasterKind::kDirect);
-  settings.methods = {Method::kSurfaces};
+  settings.methods = {Method::kSurfaces, Method::kShafts};
   return settings;
 }
 

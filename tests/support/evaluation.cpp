@@ -20,7 +20,7 @@ EvaluatorSettings provers_only(RasterKind raster) {
   EvaluatorSettings settings;
   settings.raster = raster;
   settings.methods = {Method::kProjection, Method::kFineProjection, Method::kSurfaces,
-                      Method::kImproved, Method::kSlices};
+                      Method::kImproved, Method::kSlices, Method::kShafts};
   settings.max_rays = 0;
   settings.gap = 0;
   return settings;

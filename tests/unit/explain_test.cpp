@@ -210,6 +210,18 @@ TEST(Explain, AFoldedScreenHidesAsOneSurface) {
   ASSERT_EQ(finding.parts[0].blockers.size(), 1u);
   EXPECT_EQ(scene.names(finding.parts[0].blockers[0].owners), "screen ");
   EXPECT_EQ(finding.parts[0].blockers[0].share, 1);
+
+  const ExplainFinding by_shafts = scene.about("box", alone(Method::kShafts));
+  EXPECT_EQ(by_shafts.verdict, Verdict::kHidden);
+  EXPECT_EQ(by_shafts.method, Method::kShafts);
+  EXPECT_GT(by_shafts.lines_checked, 0u);
+  EXPECT_TRUE(by_shafts.unblocked.empty());
+  ASSERT_EQ(by_shafts.parts.size(), 1u);
+  EXPECT_EQ(by_shafts.parts[0].plane.resolution_px, 0) << "they need none";
+  EXPECT_TRUE(by_shafts.parts[0].by_lines);
+  EXPECT_EQ(by_shafts.parts[0].covered, 1);
+  ASSERT_EQ(by_shafts.parts[0].blockers.size(), 1u);
+  EXPECT_EQ(scene.names(by_shafts.parts[0].blockers[0].owners), "screen ");
 }
 
 TEST(Explain, TheSectionOfABlockHidesWhatIsInIt) {

@@ -21,6 +21,7 @@ struct NominalPrices {
   double sweep_plane = 0.1;       // re-projected, its occluders looked for
   double item_triangle = 0.0003;  // collected, drawn in one view
   double item_pixel = 1e-5;
+  double shaft_edge = 1e-5;  // looked at in a shaft, its share of triangles included
 };
 inline constexpr NominalPrices kPrices;
 

@@ -5,7 +5,9 @@
 
 #include "common/base/check.hpp"
 #include "common/base/random.hpp"
+#include "worker/evaluator/projection_efforts.hpp"
 #include "worker/evaluator/projection_prover.hpp"
+#include "worker/evaluator/shaft_prover.hpp"
 #include "worker/evaluator/sweep_choice.hpp"
 #include "worker/evaluator/sweep_prover.hpp"
 #include "worker/visibility/aim_points.hpp"
@@ -22,41 +24,9 @@ constexpr std::uint32_t kFewObjects = 2048;
 constexpr std::uint64_t kFirstRays = 8;    // for each open object, the first time it is aimed at
 constexpr std::uint64_t kSecondRays = 64;  // and once all provers had their turn
 constexpr std::uint32_t kViewpoints = 4;   // that L_pt is looked for from
-// Planes of a round of escalation, over all faces, as a multiple of those a face has at first. Maps
-// twice as fine as well would settle half as much again, in twice the time.
-constexpr int kAimedFactor = 2;
 constexpr int kMostRounds = 4;
 constexpr double kLeastSettled = 0.03;  // of what was open, in triangles, or it was the last round
 constexpr double kLeastSliced = 0.01;   // the same, or no other maps of the cell get slices
-constexpr int kSplits = 3, kFineSplits = 6;
-
-ProjectionEffort effort_of(const EvaluatorSettings& s) {
-  return {.raster = s.raster,
-          .resolution_px = s.resolution_px,
-          .planes_per_face = s.planes_per_face,
-          .extent = s.extent,
-          .near_m = s.near_m,
-          .splits = s.methods.has(Method::kProjection) ? kSplits : kFineSplits,
-          .refined_splits = kFineSplits,
-          .aimed_planes = static_cast<std::size_t>(kAimedFactor) * s.planes_per_face};
-}
-
-// Surfaces have no seams to lose pixels at: coarser maps and the first planes do, and cost a
-// fourth.
-ProjectionEffort with_surfaces(ProjectionEffort effort) {
-  effort.surfaces = true;
-  effort.raster = RasterKind::kDirect;  // surfaces are not drawn by OpenGL
-  effort.splits = kFineSplits;
-  effort.resolution_px = std::max(effort.resolution_px / 2, 64);
-  return effort;
-}
-
-// Maps for slices to be drawn on, where no others are.
-ProjectionEffort bare(ProjectionEffort effort) {
-  effort.pieces = false;
-  effort.splits = 0;
-  return effort;
-}
 
 // The cell's own stream of random numbers, whoever evaluates it and when.
 std::uint64_t seed_of(const CellKey& key) {
@@ -81,6 +51,8 @@ struct Evaluator::State {
     if (settings.methods.has(Method::kSurfaces))
       surfaces =
           std::make_unique<ProjectionProver>(*scene, ranking, with_surfaces(effort_of(settings)));
+    if (settings.methods.has(Method::kShafts))
+      shafts = std::make_unique<ShaftProver>(*scene, ShaftEffort{.near_m = settings.near_m});
     if (settings.methods.has(Method::kSlices)) {
       slices = std::make_unique<SliceCover>(*scene);
       if (!settings.methods.has(Method::kProjection))
@@ -108,6 +80,7 @@ struct Evaluator::State {
   void improve(const ProjectionProver& prover, int splits, const Cell& cell, Cascade& cascade,
                Evidence* evidence);
   void prove_by_sweep(const Cell& cell, Cascade& cascade, Evidence* evidence);
+  void prove_by_shafts(const Cell& cell, Cascade& cascade, Evidence* evidence);
   void prove_all(const CellKey& key, const Cell& cell, Cascade& cascade, Evidence* evidence);
   HintBytes hints_of(const CellDelta& delta, const Cell& cell, const VisibleSet& parent);
   void note_witness(Evidence& evidence) const;
@@ -119,6 +92,7 @@ struct Evaluator::State {
   OccluderRanking ranking;
   VisibleSet nothing;
   std::unique_ptr<ProjectionProver> projection, surfaces, bare_maps;
+  std::unique_ptr<ShaftProver> shafts;
   std::unique_ptr<SliceCover> slices;
   std::optional<CellFrame> slice_frame;  // of the cell that `slices` is prepared for
   bool slices_pay = true;                // for it: the last ones settled enough
@@ -203,6 +177,22 @@ void Evaluator::State::prove_by_sweep(const Cell& cell, Cascade& cascade, Eviden
               projections * kPrices.projection +
                   (statistics.box_tests - before.box_tests) * kPrices.box_test +
                   (statistics.planes - before.planes) * kPrices.sweep_plane);
+}
+
+void Evaluator::State::prove_by_shafts(const Cell& cell, Cascade& cascade, Evidence* evidence) {
+  if (evidence != nullptr && cascade.open().contains(evidence->object))
+    evidence->method = Method::kShafts;
+  cascade.begin(Method::kShafts);
+  const ShaftWork work = shafts->run(cell, cascade.visible(), cascade.open(), evidence);
+  // What kept an object open shows it, if nothing but surfaces is in the way.
+  double nominal_ms = static_cast<double>(work.edges) * kPrices.shaft_edge;
+  for (const ClearLine& line : shafts->clear_lines()) {
+    if (!sampler || rays_left == 0) break;
+    const SamplingRound round = sampler->consider(line.eye, {&line.candidate, 1});
+    rays_left -= std::min(rays_left, round.rays);
+    nominal_ms += static_cast<double>(round.rays) * kPrices.ray;
+  }
+  cascade.end(seen(), work.shafts, nominal_ms);
 }
 
 // Planes aimed at what is open, a few at a time, while they settle enough.
@@ -315,6 +305,7 @@ void Evaluator::State::prove_all(const CellKey& key, const Cell& cell, Cascade& 
     prove(*surfaces, Method::kSurfaces, cell, cascade, evidence);
     if (improves && cascade.goes_on()) improve(*surfaces, kFineSplits, cell, cascade, evidence);
   }
+  if (shafts && cascade.goes_on()) prove_by_shafts(cell, cascade, evidence);
   if (sweep && everything && !sweeps_first && cascade.goes_on())
     prove_by_sweep(cell, cascade, evidence);
 }

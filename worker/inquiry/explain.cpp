@@ -135,7 +135,10 @@ ExplainFinding Explainer::explain(const ExplainQuestion& question) {
   if (delta.hidden.contains(question.object)) {
     finding.verdict = Verdict::kHidden;
     Certificate certificate(*s.scene, question.cell, evidence.occluders, s.settings.near_m);
-    PVS_CHECK(!evidence.parts.empty() && evidence.parts.size() <= kMaxExplainedParts);
+    const bool on_planes = evidence.method != Method::kShafts;
+    PVS_CHECK(evidence.parts.empty() != on_planes && evidence.parts.size() <= kMaxExplainedParts);
+    if (!on_planes)
+      finding.parts.push_back({.box = s.scene->object(question.object).box, .by_lines = true});
     for (const Evidence::Part& part : evidence.parts)
       finding.parts.push_back(s.part_of(part, question, evidence, certificate));
     check_by_lines(*s.scene, s.sight(), question, finding);

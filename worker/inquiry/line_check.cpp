@@ -42,6 +42,19 @@ std::optional<ObjectId> blocker_of(const SightCheck& sight, const Sightline& lin
   return near.empty() ? std::nullopt : std::optional(near[0].object);
 }
 
+// Of what shafts hide, which are tested by what triangles fill, lines end on a triangle; of an
+// object that moves, anywhere in its box.
+Vec3 target_of(const Scene& scene, ObjectId object, const Box& box, Random& random) {
+  const auto triangles = scene.triangles(object);
+  if (scene.object(object).dynamic != 0 || triangles.empty())
+    return point_in(box.lo, box.hi, random);
+  const Triangle& triangle = triangles[random.below(triangles.size())];
+  double s = random.unit(), t = random.unit();
+  if (s + t > 1) s = 1 - s, t = 1 - t;
+  const auto corner = [&](int k) { return scene.vertices()[triangle.vertex[k]]; };
+  return corner(0) + (corner(1) - corner(0)) * s + (corner(2) - corner(0)) * t;
+}
+
 // The most frequent first.
 void name_blockers(const std::map<ObjectId, std::uint32_t>& counts, std::uint32_t lines,
                    ExplainFinding::Part& part) {
@@ -82,10 +95,12 @@ void check_by_lines(const Scene& scene, const SightCheck& sight, const ExplainQu
     std::map<ObjectId, std::uint32_t> counts;
     const Box target = common_box(part.box, scene.object(question.object).box);
     for (std::uint32_t k = 0; k < lines; ++k) {
-      const bool to_corner = k < kLeastLinesAPart;
+      const bool of_shafts = part.plane.resolution_px == 0;
+      const bool to_corner = !of_shafts && k < kLeastLinesAPart;
       const Vec3 eye = eyes[to_corner ? k % 8 : k % kEyes];
-      const Vec3 point = to_corner ? target.corner(static_cast<int>(k / 8))
-                                   : point_in(target.lo, target.hi, random);
+      const Vec3 point = of_shafts   ? target_of(scene, question.object, target, random)
+                         : to_corner ? target.corner(static_cast<int>(k / 8))
+                                     : point_in(target.lo, target.hi, random);
       ++finding.lines_checked;
       if (sight.clear({eye, point}, question.object, margin)) {
         if (finding.unblocked.size() < kMaxUnblocked) finding.unblocked.push_back({eye, point});

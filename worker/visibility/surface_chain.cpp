@@ -42,6 +42,13 @@ void SurfaceChainBuilder::choose_components(const CellFrame& frame, std::size_t 
   });
 }
 
+bool SurfaceChainBuilder::below_ground(const Vec3& world, const Cell& cell,
+                                       const CellFrame& frame) const {
+  const double ground = scene_.ground();
+  return frame.aligned() && cell.origin == Vec3(0) && world.z <= ground &&
+         (cell.lo.z > ground || (cell.lo.z == ground && cell.lo.z < cell.hi.z));
+}
+
 std::uint32_t SurfaceChainBuilder::chain_vertex(std::uint32_t vertex, const Cell& cell,
                                                 const CellFrame& frame, SurfaceChain& chain) {
   std::uint32_t& at = vertex_of_[vertex];
@@ -51,7 +58,9 @@ std::uint32_t SurfaceChainBuilder::chain_vertex(std::uint32_t vertex, const Cell
   const Vec3& world = scene_.surface_vertices()[vertex];
   const Vec3 local = frame.local_from_world(world);
   chain.vertices.push_back(local);
-  chain.beyond.push_back(beyond_faces(world, local, cell, frame));
+  chain.beyond.push_back(
+      static_cast<std::uint8_t>(beyond_faces(world, local, cell, frame) |
+                                (below_ground(world, cell, frame) ? kBelowGround : 0)));
   return at;
 }
 
@@ -68,7 +77,7 @@ std::uint32_t SurfaceChainBuilder::chain_edge(std::uint32_t edge, const Cell& ce
 }
 
 void SurfaceChainBuilder::add_component(const SurfaceComponent& component, const Cell& cell,
-                                        const CellFrame& frame, double near_m,
+                                        const CellFrame& frame, const ChainRequest& request,
                                         SurfaceChain& chain) {
   const auto all = scene_.surface_triangles();
   const auto triangles = all.subspan(component.first_triangle, component.triangle_count);
@@ -83,8 +92,9 @@ void SurfaceChainBuilder::add_component(const SurfaceComponent& component, const
     const int side = side_of_cell(corners, cell, frame);
     // No eye is on it: either its plane keeps off the inside of the cell, or that of a face does.
     const bool blocks = triangle.one_sided != 0 ? side > 0 : side != 0 || beyond != 0;
-    if (!blocks || near_cell(corners, frame, near_m)) continue;
-    ChainTriangle added;
+    const bool may_block = blocks || (request.parts && (triangle.one_sided == 0 || side == 0));
+    if (!may_block || near_cell(corners, frame, request.near_m)) continue;
+    ChainTriangle added{.one_sided = triangle.one_sided != 0, .for_all = blocks};
     for (int k = 0; k < 3; ++k) {
       const std::int32_t use = triangle.edge[k];
       const auto edge = static_cast<std::uint32_t>(use >= 0 ? use : ~use);
@@ -102,7 +112,7 @@ void SurfaceChainBuilder::build(const Cell& cell, const CellFrame& frame,
   edge_of_.resize(scene_.surface_edges().size(), kAbsent);
   choose_components(frame, request.most_triangles);
   for (const std::uint32_t i : components_)
-    add_component(scene_.surface_components()[i], cell, frame, request.near_m, chain);
+    add_component(scene_.surface_components()[i], cell, frame, request, chain);
   for (const std::uint32_t vertex : used_vertices_) vertex_of_[vertex] = kAbsent;
   for (const std::uint32_t edge : used_edges_) edge_of_[edge] = kAbsent;
   used_vertices_.clear();

@@ -19,15 +19,21 @@ namespace pvsfarm {
 struct ChainTriangle {
   std::uint32_t vertex[3];
   std::uint32_t edge[3];  // into SurfaceChain::edges
+  bool one_sided = false;
+  bool for_all = true;  // of the cell; else it may block for eyes in a part of it
 };
 
 struct ChainEdge {
   std::uint32_t vertex[2];
 };
 
+// At or below the lowest occludee, and no eye inside the cell is: no line to an occludee comes
+// there but at its end. Of aligned cells, by exact comparison.
+inline constexpr std::uint8_t kBelowGround = 1u << 6;
+
 struct SurfaceChain {
   std::vector<Vec3> vertices;  // local frame
-  // Which faces of the cell a vertex lies beyond, see beyond_faces().
+  // Which faces of the cell a vertex lies beyond, see beyond_faces(); and kBelowGround.
   std::vector<std::uint8_t> beyond;
   std::vector<ChainTriangle> triangles;
   std::vector<ChainEdge> edges;
@@ -42,6 +48,7 @@ struct SurfaceChain {
 struct ChainRequest {
   double near_m = 0;                      // matter nearer to the cell than this is left out
   std::size_t most_triangles = 1u << 17;  // the components that look largest, up to so many
+  bool parts = false;                     // with what may block for eyes in a part of the cell only
 };
 
 // Threads: one object, one thread. Keeps scratch memory from cell to cell.
@@ -54,7 +61,8 @@ class SurfaceChainBuilder {
  private:
   void choose_components(const CellFrame& frame, std::size_t most_triangles);
   void add_component(const SurfaceComponent& component, const Cell& cell, const CellFrame& frame,
-                     double near_m, SurfaceChain& chain);
+                     const ChainRequest& request, SurfaceChain& chain);
+  bool below_ground(const Vec3& world, const Cell& cell, const CellFrame& frame) const;
   std::uint32_t chain_vertex(std::uint32_t vertex, const Cell& cell, const CellFrame& frame,
                              SurfaceChain& chain);
   std::uint32_t chain_edge(std::uint32_t edge, const Cell& cell, const CellFrame& frame,

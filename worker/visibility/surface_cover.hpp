@@ -13,8 +13,8 @@
 #include <span>
 #include <vector>
 
-#include "worker/visibility/closed_sheet.hpp"
 #include "worker/visibility/occlusion_map.hpp"
+#include "worker/visibility/sheet_finder.hpp"
 #include "worker/visibility/surface_chain.hpp"
 #include "worker/visibility/surface_shadow.hpp"
 
@@ -44,16 +44,7 @@ class SurfaceCover {
   struct Square {
     int level, i, j;  // 2^level pixels a side, the (i, j)th of them
   };
-  struct Active {
-    std::uint32_t triangle;
-    std::uint32_t parent = 0;  // within the square's own list; the root stands for the part
-    bool section = false;      // the section is met
-    // Of a root, for its part:
-    bool spoiled = false;  // cannot be chosen
-    bool odd = false;      // crossed so often
-    int column = -1;
-    float depth = -kUncovered;  // the greatest
-  };
+  using Active = SheetFinder::Active;
 
   void prepare(const SurfaceChain& chain, const CellFrame& frame, const ProjectionPlane& plane);
   void prepare_edges(const SurfaceChain& chain, const ProjectionPlane& plane,
@@ -63,10 +54,6 @@ class SurfaceCover {
   bool collect(const Vec2& middle, const Vec2& half, Range triangles, const Vec3& sample,
                float& depth);
   bool some_sheet_covers(std::span<Active> active, const Vec3& sample, float& depth);
-  void join_pairs(std::span<Active> active);
-  void count_crossings(std::span<Active> active, const Vec3& sample);
-  void make_columns(std::span<Active> active);
-  static std::uint32_t root(std::span<Active> active, std::uint32_t at);
   std::optional<bool> crossing(std::uint32_t triangle, const Vec3& sample) const;
 
   bool is_wanted(const Square& square) const;
@@ -80,17 +67,9 @@ class SurfaceCover {
   std::vector<Shadow> edge_shadows_, section_shadows_;
   std::vector<std::int32_t> section_of_;  // of a triangle, -1: it does not come to the plane
   std::vector<float> depth_of_;           // of a triangle, the greatest, at most 0
-  // Of an edge, in the last square it was met in.
-  struct EdgeUse {
-    std::uint32_t square = 0;
-    std::uint32_t count = 0, first = 0;  // triangles that might be chosen
-    int row = -1;                        // of the sheet's
-  };
-  std::vector<EdgeUse> use_of_;
   std::vector<std::uint32_t> edge_stack_;
   std::vector<Active> triangle_stack_;
-  ClosedSheet sheet_;
-  std::vector<std::uint32_t> columns_;  // of the sheet, by the root of their part
+  SheetFinder finder_;
   std::uint32_t squares_ = 0;
 };
 
