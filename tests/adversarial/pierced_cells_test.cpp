@@ -38,7 +38,7 @@ void expect_seen_on_both_sides(const SourceObject& between, const Cell& cell = k
     source.objects.push_back(
         box_object("post", {{x - 0.2, 2, 2}, {x + 0.2, 3, 3}}, Role::kOnlyOccludes));
   for (const Method method : {Method::kProjection, Method::kFineProjection, Method::kSurfaces,
-                              Method::kSlices, Method::kSweep}) {
+                              Method::kSlices, Method::kSweep, Method::kShafts}) {
     Evaluation evaluation(source, only(method));
     EXPECT_FALSE(evaluation.hides(1, cell)) << to_string(method);
     EXPECT_FALSE(evaluation.hides(2, cell)) << to_string(method);
@@ -66,6 +66,19 @@ TEST(MirroredCell, sees_both_sides_of_a_wall_that_passes_through_it) {
   Cell cell{.lo = {-1, -1, -1}, .hi = {0, 1, 1}};
   cell.axes[0] = {-1, 0, 0};
   expect_seen_on_both_sides(wall(0.75), cell);
+}
+
+// It ends beside the cell, which reaches from 0 to 1, and not beside its mirror image.
+TEST(MirroredCell, sees_past_a_wall_that_ends_beside_it) {
+  SourceObject wall;
+  add_sheet(wall, 12, [](int i, int j) { return Vec3{i - 0.45, 5, 3.0 * (j - 6)}; });
+  set_role(wall, Role::kOnlyOccludes);
+  const SourceObject beyond =
+      box_object("beyond", {{-1, 10, -0.2}, {-0.5, 10.2, 0.2}}, Role::kOnlyOccluded);
+  Cell cell{.lo = {-1, -1, -1}, .hi = {0, 1, 1}};
+  cell.axes[0] = {-1, 0, 0};
+  for (const Method method : {Method::kSurfaces, Method::kShafts})
+    EXPECT_FALSE(Evaluation({{wall, beyond}}, only(method)).hides(1, cell)) << to_string(method);
 }
 
 }  // namespace

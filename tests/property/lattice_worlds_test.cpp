@@ -25,6 +25,7 @@ const Methods kProvers[] = {
     {Method::kSurfaces},
     {Method::kSlices},
     {Method::kSweep},
+    {Method::kShafts},
     {Method::kImproved, Method::kProjection},
     {Method::kImproved, Method::kFineProjection},
     {Method::kImproved, Method::kSurfaces},

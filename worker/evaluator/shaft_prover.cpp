@@ -149,7 +149,7 @@ bool ShaftProver::pair_hidden(const Box& eyes, const Part& part, ShaftCover::Can
 
 bool ShaftProver::object_hidden(ObjectId id, const ShaftCover::Candidates& candidates) {
   object_ = id;
-  within_ = within_faces(scene_.object(id).box, *cell_, *frame_);
+  within_ = within_faces(scene_.object(id).box, *cell_);
   shafts_left_ = effort_.shafts_an_object;
   given_up_ = false;
   if (!pair_hidden(eyes_, whole(id), candidates, effort_.halvings)) return false;
@@ -167,7 +167,7 @@ void ShaftProver::visit(std::uint32_t index, ShaftCover::Candidates candidates, 
                                   .matter = matter,
                                   .eye = inside(eyes_, kEye),
                                   .target = inside(matter, kTarget),
-                                  .within = within_faces(node.box, *cell_, *frame_)},
+                                  .within = within_faces(node.box, *cell_)},
                                  candidates) == ShaftAnswer::kHidden;
   if (hidden || node.child == 0) {
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {

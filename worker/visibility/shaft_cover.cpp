@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/visibility/cell_clearance.hpp"
 #include "worker/visibility/segment_crossing.hpp"
 
 namespace pvsfarm {
@@ -14,8 +15,8 @@ double size_of(const Vec3& p) { return std::abs(p.x) + std::abs(p.y) + std::abs(
 
 }  // namespace
 
-unsigned within_faces(const Box& world, const Cell& cell, const CellFrame& frame) {
-  if (!frame.aligned() || cell.origin != Vec3(0)) return 0;
+unsigned within_faces(const Box& world, const Cell& cell) {
+  if (!has_world_coordinates(cell)) return 0;
   unsigned bits = 0;
   for (int a = 0; a < 3; ++a) {
     if (!(cell.lo[a] < cell.hi[a])) continue;

@@ -74,8 +74,8 @@ class ShaftCover {
 };
 
 // Bit 2 a: no point of the world box is below the cell's low face of axis a, by exact comparison;
-// bit 2 a + 1: above the high one. 0 for cells that are not aligned; no bits for an axis without
+// bit 2 a + 1: above the high one. 0 unless has_world_coordinates(); no bits for an axis without
 // extent.
-unsigned within_faces(const Box& world, const Cell& cell, const CellFrame& frame);
+unsigned within_faces(const Box& world, const Cell& cell);
 
 }  // namespace pvsfarm

@@ -42,10 +42,9 @@ void SurfaceChainBuilder::choose_components(const CellFrame& frame, std::size_t 
   });
 }
 
-bool SurfaceChainBuilder::below_ground(const Vec3& world, const Cell& cell,
-                                       const CellFrame& frame) const {
+bool SurfaceChainBuilder::below_ground(const Vec3& world, const Cell& cell) const {
   const double ground = scene_.ground();
-  return frame.aligned() && cell.origin == Vec3(0) && world.z <= ground &&
+  return has_world_coordinates(cell) && world.z <= ground &&
          (cell.lo.z > ground || (cell.lo.z == ground && cell.lo.z < cell.hi.z));
 }
 
@@ -58,9 +57,8 @@ std::uint32_t SurfaceChainBuilder::chain_vertex(std::uint32_t vertex, const Cell
   const Vec3& world = scene_.surface_vertices()[vertex];
   const Vec3 local = frame.local_from_world(world);
   chain.vertices.push_back(local);
-  chain.beyond.push_back(
-      static_cast<std::uint8_t>(beyond_faces(world, local, cell, frame) |
-                                (below_ground(world, cell, frame) ? kBelowGround : 0)));
+  chain.beyond.push_back(static_cast<std::uint8_t>(beyond_faces(world, local, cell, frame) |
+                                                   (below_ground(world, cell) ? kBelowGround : 0)));
   return at;
 }
 

@@ -62,7 +62,7 @@ class SurfaceChainBuilder {
   void choose_components(const CellFrame& frame, std::size_t most_triangles);
   void add_component(const SurfaceComponent& component, const Cell& cell, const CellFrame& frame,
                      const ChainRequest& request, SurfaceChain& chain);
-  bool below_ground(const Vec3& world, const Cell& cell, const CellFrame& frame) const;
+  bool below_ground(const Vec3& world, const Cell& cell) const;
   std::uint32_t chain_vertex(std::uint32_t vertex, const Cell& cell, const CellFrame& frame,
                              SurfaceChain& chain);
   std::uint32_t chain_edge(std::uint32_t edge, const Cell& cell, const CellFrame& frame,
