@@ -1,5 +1,6 @@
 // Every prover alone, on thousands of worlds in which everything coincides: nothing that a ray
-// reaches may be hidden. What one prover hides no other can be caught at, so each has its own.
+// reaches may be hidden. What one prover hides no other can be caught at, so each has its own. And
+// what it hides depends on nothing that it evaluated before.
 //
 //   PVSFARM_FULL=1   a hundred times as many worlds
 //   PVSFARM_SEED=S   only the world of this seed (a failure prints it)
@@ -80,8 +81,12 @@ void judge_world(Methods methods, std::uint64_t seed, Tally& tally) {
   const RayOracle oracle(world.source);
   const AimedRays aimed(world.source, oracle);
   ++tally.worlds;
+  std::vector<std::vector<std::uint32_t>> hidden_from;
+  for (const Cell& cell : world.cells) hidden_from.push_back(evaluation.hidden_from(cell));
+  EXPECT_EQ(evaluation.hidden_from(world.cells[0]), hidden_from[0])
+      << names_of(methods) << ", PVSFARM_SEED=" << seed;
   for (const Cell& cell : world.cells) {
-    const auto hidden = evaluation.hidden_from(cell);
+    const auto& hidden = hidden_from[&cell - world.cells.data()];
     std::vector<Violation> violations;
     if (settings.near_m == 0) {
       const auto report = aimed.search(cell, hidden, kRays * hidden.size(), random);
