@@ -6,6 +6,7 @@
 #include <optional>
 #include <tuple>
 #include <unordered_map>
+#include <utility>
 
 namespace pvsfarm {
 namespace {
@@ -46,8 +47,12 @@ class Merger {
       for (const auto& [a, b] : edges) merged = merge_across(a, b) || merged;
     }
     std::vector<FlatPolygon> polygons;
-    for (const Region& region : regions_)
-      if (region.alive) polygons.push_back(polygon_of(region));
+    for (const Region& region : regions_) {
+      if (!region.alive) continue;
+      FlatPolygon polygon = polygon_of(region);
+      // A needle may have some area by rounding, and a corner without any turn.
+      if (polygon.points.size() >= 3) polygons.push_back(std::move(polygon));
+    }
     return polygons;
   }
 

@@ -290,4 +290,17 @@ TEST(OccluderFaces, faces_that_look_opposite_ways_are_not_merged_when_one_sided)
   EXPECT_EQ(polygons_of(*scene_of({pair})).size(), 2u);
 }
 
+// Three points of a line, but for rounding: some area at one corner, no turn at another.
+TEST(OccluderFaces, a_needle_that_is_left_with_two_corners_is_none_and_spoils_no_scene) {
+  SourceObject needle;
+  needle.name = "needle";
+  needle.vertices = {{-3.2, -8.700000000000001, -8.9},
+                     {1.6, 0.8999999999999999, 0.6999999999999997},
+                     {-0.20000000000000018, -2.7000000000000006, -2.900000000000001}};
+  needle.triangles = {{0, 1, 2}};
+  const auto built = build_scene({.objects = {needle, house()}});
+  ASSERT_TRUE(built.ok()) << built.error().text;
+  EXPECT_EQ(polygons_of(**built).size(), 6u);  // the house's
+}
+
 }  // namespace pvsfarm
