@@ -6,13 +6,16 @@
 
 #include "coordinator/cli/command.hpp"
 #include "coordinator/generate/generate.hpp"
+#include "coordinator/generate/placement.hpp"
 #include "coordinator/generate/write_scene.hpp"
 
 namespace pvsfarm {
 namespace {
 
-Status write_and_report(const Result<GeneratedScene>& scene, const std::string& path) {
+Status write_and_report(Result<GeneratedScene> scene, const Placement& placement,
+                        const std::string& path) {
   if (!scene) return scene.error();
+  if (Status placed = place(*scene, placement); !placed) return placed;
   if (Status written = write_scene(*scene, path); !written) return written;
   std::uint64_t triangles = 0;
   for (const SourceObject& object : scene->source.objects) triangles += object.triangles.size();
@@ -26,6 +29,7 @@ Status write_and_report(const Result<GeneratedScene>& scene, const std::string& 
 template <class Request>
 struct SceneOptions {
   Request request;
+  Placement placement;
   std::string output;
 };
 
@@ -46,9 +50,19 @@ SceneCommand<Request> add_scene(CLI::App& generate, CommandContext& context, con
   app->add_option("--seed", options->request.seed, "of the random numbers")->capture_default_str();
   app->add_option("--cell-size", options->request.cell_size, "longest side of a cell, in metres")
       ->capture_default_str();
+  app->add_option("--rotate", options->placement.rotate_deg,
+                  "the whole scene, cells and all, about z; in degrees")
+      ->capture_default_str();
+  app->add_option_function<std::pair<double, double>>(
+         "--move",
+         [options](const std::pair<double, double>& by) {
+           options->placement.move_m = {by.first, by.second};
+         },
+         "the whole scene, in metres along x and y, once it is turned")
+      ->type_name("X Y");
   app->callback([&context, options, make] {
     context.run = [options, make] {
-      return write_and_report(make(options->request), options->output);
+      return write_and_report(make(options->request), options->placement, options->output);
     };
   });
   return {app, options};
@@ -130,6 +144,7 @@ void add_generate_command(CLI::App& app, CommandContext& context) {
       "  pvsfarm generate city --blocks 10 --districts 12 --building-triangles 96 --cars 3000 "
       "\\\n    --car-triangles 1400 --moving-cars --lanes 2 --cell-size 20.2 -o durand.glb\n"
       "  pvsfarm generate forest --trees 500 --leaves 1000 --seed 7 -o forest.glb\n"
+      "  pvsfarm generate city --blocks 10 --rotate 30 --move 450000 5400000 -o askew.obj\n"
       "  pvsfarm generate rooms --rooms 6 --cell-size 1 -o rooms.obj");
   add_cities(*generate, context);
   add_others(*generate, context);

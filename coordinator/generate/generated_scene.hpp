@@ -1,9 +1,10 @@
 // What every generator makes: a scene and the viewing cells in its free space.
 //
-// Conventions of all generated scenes: metres, z up, level ground at z = 0 exactly (terrain aside).
-// Every vertex coordinate is a multiple of 1/1024 m below kMaxCoordinate_m, so it is exact in
-// float32 and in short decimal text: neighbours that touch share coordinates bit for bit after any
-// round trip through a file. The same request gives the same scene on every machine.
+// Conventions of all generated scenes, before they are placed elsewhere (placement.hpp): metres, z
+// up, level ground at z = 0 exactly (terrain aside). Every vertex coordinate is a multiple of
+// 1/1024 m below kMaxCoordinate_m, so it is exact in float32 and in short decimal text: neighbours
+// that touch share coordinates bit for bit after any round trip through a file. The same request
+// gives the same scene on every machine.
 #pragma once
 
 #include <cstdint>

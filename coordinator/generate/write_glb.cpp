@@ -77,12 +77,22 @@ void append_chunk(std::string& file, std::string_view type, std::string data, ch
   file += data;
 }
 
+// Beyond, float32 tells no millimetres apart.
+bool is_too_far(const SourceObject& object) {
+  return std::any_of(object.vertices.begin(), object.vertices.end(), [](const Vec3& v) {
+    return std::max(std::abs(v.x), std::abs(v.y)) > kMaxCoordinate_m;
+  });
+}
+
 }  // namespace
 
 Result<std::string> glb_bytes(const SceneSource& source) {
   Geometry geometry;
   json nodes = json::array(), meshes = json::array(), roots = json::array();
   for (const SourceObject& object : source.objects) {
+    if (is_too_far(object))
+      return Error{ErrorKind::kCommandLine,
+                   "too far from the origin for the float32 of a GLB: name it .obj"};
     const std::size_t number = nodes.size();
     add_positions(geometry, object);
     add_indices(geometry, object);

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "common/base/file.hpp"
 
@@ -28,6 +29,16 @@ void append_point(std::string& text, const Vec3& p) {
   for (int a = 0; a < 3; ++a) {
     text += a == 0 ? '[' : ',';
     append(text, p[a]);
+  }
+  text += ']';
+}
+
+void append_points(std::string& text, std::span<const Vec3> points) {
+  const char* separator = "[";
+  for (const Vec3& p : points) {
+    text += separator;
+    append_point(text, p);
+    separator = ",";
   }
   text += ']';
 }
@@ -61,13 +72,21 @@ std::string cells_json(const std::vector<RootCell>& cells) {
   std::string text = "{\"units\":\"m\",\"up\":\"z\",\"cells\":[";
   const char* separator = "\n";
   for (const RootCell& root : cells) {
-    PVS_CHECK(root.cell.origin == Vec3(0) && root.cell.axes == Cell{}.axes);
+    const Cell& cell = root.cell;
     text += separator;
-    text += "{\"id\":" + std::to_string(root.id) + ",\"aabb\":[";
-    append_point(text, root.cell.lo);
-    text += ',';
-    append_point(text, root.cell.hi);
-    text += "]}";
+    text += "{\"id\":" + std::to_string(root.id);
+    if (cell.origin == Vec3(0) && cell.axes == Cell{}.axes) {
+      text += ",\"aabb\":";
+      append_points(text, std::array{cell.lo, cell.hi});
+    } else {
+      text += ",\"center\":";
+      append_point(text, cell.center());
+      text += ",\"axes\":";
+      append_points(text, cell.axes);
+      text += ",\"half\":";
+      append_point(text, cell.half());
+    }
+    text += '}';
     separator = ",\n";
   }
   return text + "\n]}\n";

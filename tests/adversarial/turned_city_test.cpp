@@ -2,6 +2,8 @@
 // city: only rounding may tell its visible sets from those of the city before it was turned.
 #include <gtest/gtest.h>
 
+#include "coordinator/generate/generate.hpp"
+#include "coordinator/generate/placement.hpp"
 #include "tests/adversarial/stability.hpp"
 #include "tests/support/evaluation.hpp"
 #include "tests/support/make_objects.hpp"
@@ -60,6 +62,33 @@ TEST(TurnedCity, cells_along_its_streets_see_as_little_as_before_it_was_turned) 
     along_axes += evaluate(crossed, world, settings).triangles;
   }
   EXPECT_GT(along_axes, along_streets);
+}
+
+std::uint64_t triangles_visible(const GeneratedScene& city, std::size_t step) {
+  std::vector<Cell> cells;
+  for (std::size_t i = step / 2; i < city.cells.size(); i += step)
+    cells.push_back(city.cells[i].cell);
+  const World world = world_of(city.source, std::move(cells));
+  return evaluate(world, world, provers_only(RasterKind::kDirect)).triangles;
+}
+
+// What `generate --rotate --move` makes. Houses that stand wall to wall, in rows that are merged
+// only along the axes: askew, a row is so many houses, and what shows between them at a pixel's
+// edge is all it costs.
+TEST(TurnedCity, a_generated_city_sees_hardly_more_once_it_is_placed_askew_and_far_away) {
+  const auto generated = [] { return generate_city({.blocks = 4}).value(); };
+  constexpr std::size_t kStep = 150;
+  const std::uint64_t straight = triangles_visible(generated(), kStep);
+  ASSERT_GT(straight, 0u);
+  for (const Placement& placement :
+       {Placement{.rotate_deg = 90}, {.rotate_deg = 30}, {30, {450'000, 5'400'000}}}) {
+    GeneratedScene city = generated();
+    ASSERT_TRUE(place(city, placement));
+    const auto askew = static_cast<double>(triangles_visible(city, kStep));
+    const auto ratio = askew / static_cast<double>(straight);
+    EXPECT_LE(ratio, placement.rotate_deg == 90 ? 1.001 : 1.1) << placement.rotate_deg;
+    EXPECT_GE(ratio, 0.9) << placement.rotate_deg;
+  }
 }
 
 // The frame of a cell far out is as good as that of one at the origin.

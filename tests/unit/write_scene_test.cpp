@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -9,6 +10,7 @@
 
 #include "common/base/file.hpp"
 #include "coordinator/generate/generate.hpp"
+#include "coordinator/generate/placement.hpp"
 
 namespace pvsfarm {
 namespace {
@@ -137,6 +139,49 @@ TEST_F(WriteScene, cells_and_tags_are_in_the_format_of_the_inputs) {
   EXPECT_EQ(tags["objects"][0]["name"], "ground_0_0");
   EXPECT_EQ(tags["objects"][0]["occluder"], false);
   EXPECT_EQ(tags["objects"][1]["occluder"], true);
+}
+
+TEST_F(WriteScene, a_turned_and_moved_scene_keeps_its_cells_along_its_streets) {
+  GeneratedScene askew = generate_city({.blocks = 1}).value();
+  ASSERT_TRUE(place(askew, {.rotate_deg = 30, .move_m = {450'000, -5'400'000}}));
+  const fs::path path = folder_ / "askew.obj";
+  ASSERT_TRUE(write_scene(askew, path.string()));
+  const auto cells = read_cells((folder_ / "askew.cells.json").string());
+  ASSERT_TRUE(cells.ok()) << cells.error().text;
+  ASSERT_EQ(cells->size(), city_.cells.size());
+  const double c = std::sqrt(0.75), s = 0.5;
+  for (std::size_t i = 0; i < cells->size(); ++i) {
+    const Cell &cell = (*cells)[i].cell, &before = city_.cells[i].cell;
+    EXPECT_NEAR(cell.axes[0].x, c, 1e-15);
+    EXPECT_NEAR(cell.axes[0].y, s, 1e-15);
+    EXPECT_EQ(cell.half(), before.half());
+    const Vec3 at = before.center();
+    EXPECT_NEAR(cell.center().x, c * at.x - s * at.y + 450'000, 1e-6);
+    EXPECT_NEAR(cell.center().y, s * at.x + c * at.y - 5'400'000, 1e-6);
+    EXPECT_EQ(cell.center().z, at.z);
+  }
+  const Vec3 was = city_.source.objects[1].vertices[0], is = askew.source.objects[1].vertices[0];
+  EXPECT_NEAR(is.x, c * was.x - s * was.y + 450'000, 1e-6);
+  EXPECT_NEAR(is.y, s * was.x + c * was.y - 5'400'000, 1e-6);
+  const Status glb = write_scene(askew, (folder_ / "askew.glb").string());
+  ASSERT_FALSE(glb) << "float32 holds half metres there";
+  EXPECT_EQ(glb.error().kind, ErrorKind::kCommandLine);
+}
+
+TEST_F(WriteScene, quarter_turns_are_exact_and_four_of_them_are_none) {
+  GeneratedScene turned = generate_city({.blocks = 1}).value();
+  for (const double degrees : {90.0, -270.0, 450.0, 90.0}) {
+    ASSERT_TRUE(place(turned, {.rotate_deg = degrees}));
+    EXPECT_EQ(turned.cells[0].cell.axes, Cell{}.axes);
+  }
+  EXPECT_EQ(obj_text(turned.source), obj_text(city_.source));
+  EXPECT_EQ(cells_json(turned.cells), cells_json(city_.cells));
+}
+
+TEST_F(WriteScene, a_scene_is_not_moved_out_of_sight_of_double_precision) {
+  GeneratedScene scene = generate_city({.blocks = 1}).value();
+  EXPECT_FALSE(place(scene, {.move_m = {1e9, 0}}));
+  EXPECT_FALSE(place(scene, {.rotate_deg = std::nan("")}));
 }
 
 TEST_F(WriteScene, gives_the_same_bytes_for_the_same_seed) {
