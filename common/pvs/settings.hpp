@@ -23,7 +23,7 @@ struct EvaluatorSettings {
   RasterKind raster = RasterKind::kDirect;
   int resolution_px = 256;  // [limit] 64 .. 1024; pixels a side of an occlusion map
   int planes_per_face = 6;  // [limit] 1 .. 16; at most so many projection planes a cell face
-  double extent = 1.1;      // [limit] 0.25 .. 4; half a map's side / (cell half side + distance)
+  double extent = 1.3;      // [limit] 0.25 .. 4; half a map's side / (cell half side + distance)
   double near_m = 0;        // matter nearer to the cell than this never occludes (theory 0.2)
   Methods methods = kDefaultMethods;
   // The cascade stops when (|PVS| - |seen|) / |PVS|, in triangles, is at most this. [limit] 0 .. 1

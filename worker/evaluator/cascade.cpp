@@ -37,6 +37,27 @@ void Cascade::begin(Method method) {
   started_ms_ = clock_ != nullptr ? clock_() : 0;
 }
 
+void Cascade::credit(Method method, std::span<const ObjectId> objects, std::uint64_t work) {
+  credited_method_ = method;
+  credited_.assign(objects.begin(), objects.end());
+  statistics_.methods[static_cast<std::size_t>(method)].work += work;
+}
+
+// Books the credited of the objects hidden, and takes them from the set.
+std::uint64_t Cascade::book_credited(VisibleSet& hidden) {
+  MethodStatistics& other = statistics_.methods[static_cast<std::size_t>(credited_method_)];
+  std::uint64_t triangles = 0;
+  for (const ObjectId id : credited_) {
+    if (!hidden.contains(id)) continue;
+    hidden.remove(id);
+    ++other.hidden_objects;
+    triangles += scene_.object(id).triangle_count;
+  }
+  other.hidden_triangles += triangles;
+  credited_.clear();
+  return triangles;
+}
+
 void Cascade::end(const VisibleSet& seen, std::uint64_t work, double nominal_ms) {
   open_.remove_all(seen);
   VisibleSet settled = std::move(open_before_);
@@ -44,6 +65,7 @@ void Cascade::end(const VisibleSet& seen, std::uint64_t work, double nominal_ms)
   VisibleSet now_seen = settled;
   now_seen.keep_only(seen);
   settled.remove_all(now_seen);  // what is left was proved hidden
+  const std::uint64_t credited_triangles = book_credited(settled);
 
   MethodStatistics& own = statistics_.methods[static_cast<std::size_t>(method_)];
   own.hidden_objects += settled.count();
@@ -53,7 +75,7 @@ void Cascade::end(const VisibleSet& seen, std::uint64_t work, double nominal_ms)
   own.seen_triangles += seen_triangles;
   own.work += work;
   if (clock_ != nullptr) own.cpu_ms += clock_() - started_ms_;
-  visible_triangles_ -= hidden_triangles;
+  visible_triangles_ -= hidden_triangles + credited_triangles;
   seen_triangles_ += seen_triangles;
   nominal_ms_ += nominal_ms;
 }

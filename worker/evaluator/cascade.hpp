@@ -3,6 +3,9 @@
 // Source: theory 0.1 (three answers), G (gap, escalation).
 #pragma once
 
+#include <span>
+#include <vector>
+
 #include "common/cells/cell.hpp"
 #include "common/pvs/delta.hpp"
 #include "common/pvs/settings.hpp"
@@ -40,6 +43,9 @@ class Cascade {
   // Brackets the work of a method; `end` books what left `open` meanwhile: `seen` (all objects
   // witnessed so far) to the seen, the rest to the hidden.
   void begin(Method method);
+  // Within the bracket of another: what of `objects` is proved hidden in it is due to this method,
+  // which did so much of the work. Its time stays with the bracket's own.
+  void credit(Method method, std::span<const ObjectId> objects, std::uint64_t work);
   void end(const VisibleSet& seen, std::uint64_t work, double nominal_ms);
 
   std::uint64_t visible_triangles() const { return visible_triangles_; }
@@ -55,6 +61,7 @@ class Cascade {
   CellDelta finish(const CellKey& key, const VisibleSet& seen);
 
  private:
+  std::uint64_t book_credited(VisibleSet& hidden);
   std::uint64_t triangles(const VisibleSet& set) const;
 
   const Scene& scene_;
@@ -63,7 +70,8 @@ class Cascade {
   CpuClock clock_;
   VisibleSet visible_, open_, open_before_;
   CellStatistics statistics_;
-  Method method_ = Method::kProjection;
+  Method method_ = Method::kProjection, credited_method_ = Method::kProjection;
+  std::vector<ObjectId> credited_;
   double started_ms_ = 0, nominal_ms_ = 0;
   std::uint64_t visible_triangles_ = 0, seen_triangles_ = 0;
 };

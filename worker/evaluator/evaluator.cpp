@@ -21,11 +21,13 @@ namespace {
 
 // A parent's set this small is aimed at before anything is projected: most of it will be seen.
 constexpr std::uint32_t kFewObjects = 2048;
-constexpr std::uint64_t kFirstRays = 8;    // for each open object, the first time it is aimed at
+constexpr std::uint64_t kFirstRays = 4;    // for each open object, the first time it is aimed at
+constexpr std::uint64_t kNextRays = 16;    // of what has been tested by parts
 constexpr std::uint64_t kSecondRays = 64;  // and once all provers had their turn
 constexpr std::uint32_t kViewpoints = 4;   // that L_pt is looked for from
 constexpr int kMostRounds = 4;
 constexpr double kLeastSettled = 0.03;  // of what was open, in triangles, or it was the last round
+constexpr double kLeastSeen = 0.03;     // the same, of rays
 constexpr double kLeastSliced = 0.01;   // the same, or no other maps of the cell get slices
 
 // The cell's own stream of random numbers, whoever evaluates it and when.
@@ -71,19 +73,23 @@ struct Evaluator::State {
 
   void look_around(Cascade& cascade);
   void view(const CellKey& key, const Cell& cell, Cascade& cascade);
-  bool aim(Cascade& cascade, std::uint64_t rays_an_object);
-  void prove(ProjectionProver& prover, Method method, const Cell& cell, Cascade& cascade,
-             Evidence* evidence, bool goes_on = false);
-  void escalate(const Cell& cell, Cascade& cascade, Evidence* evidence);
+  void aim(Cascade& cascade, std::uint64_t rays_an_object);
+  void aim_on(Cascade& cascade);
+  using Step = void (ProjectionProver::*)(const Cell&, VisibleSet& visible, VisibleSet& open,
+                                          CellStatistics&, Evidence*);
+  void prove(ProjectionProver& prover, Step step, Method method, const Cell& cell, Cascade& cascade,
+             Evidence* evidence);
+  void project(Method method, const CellKey& key, const Cell& cell, Cascade& cascade,
+               Evidence* evidence);
+  void escalate(const CellKey& key, const Cell& cell, Cascade& cascade, Evidence* evidence);
   void slice(ProjectionProver& prover, int splits, const Cell& cell, Cascade& cascade,
              Evidence* evidence);
-  void improve(const ProjectionProver& prover, int splits, const Cell& cell, Cascade& cascade,
-               Evidence* evidence);
   void prove_by_sweep(const Cell& cell, Cascade& cascade, Evidence* evidence);
   void prove_by_shafts(const Cell& cell, Cascade& cascade, Evidence* evidence);
   void prove_all(const CellKey& key, const Cell& cell, Cascade& cascade, Evidence* evidence);
   HintBytes hints_of(const CellDelta& delta, const Cell& cell, const VisibleSet& parent);
   void note_witness(Evidence& evidence) const;
+  bool aims() const { return sampler && settings.methods.has(Method::kAimedRays); }
   const VisibleSet& seen() const { return sampler ? sampler->seen() : nothing; }
 
   std::shared_ptr<const Scene> scene;
@@ -135,28 +141,33 @@ void Evaluator::State::view(const CellKey& key, const Cell& cell, Cascade& casca
   }
 }
 
-// Returns whether something moved.
-bool Evaluator::State::aim(Cascade& cascade, std::uint64_t rays_an_object) {
-  const std::uint32_t open_before = cascade.open().count();
-  const std::uint64_t rays = std::min(rays_left, rays_an_object * open_before);
-  if (rays == 0) return false;
+void Evaluator::State::aim(Cascade& cascade, std::uint64_t rays_an_object) {
+  const std::uint64_t rays = std::min(rays_left, rays_an_object * cascade.open().count());
+  if (rays == 0) return;
   cascade.begin(Method::kAimedRays);
   const SamplingRound round = sampler->aim(cascade.open(), rays);
   rays_left -= std::min(rays_left, round.rays);
   cascade.end(seen(), round.rays, static_cast<double>(round.rays) * kPrices.ray);
-  return cascade.open().count() < open_before;
 }
 
-void Evaluator::State::prove(ProjectionProver& prover, Method method, const Cell& cell,
-                             Cascade& cascade, Evidence* evidence, bool goes_on) {
+// Once all provers had their turn, while it finds enough.
+void Evaluator::State::aim_on(Cascade& cascade) {
+  while (aims() && cascade.goes_on()) {
+    const std::uint64_t before = cascade.open_triangles();
+    aim(cascade, kSecondRays);
+    const std::uint64_t found = before - cascade.open_triangles();
+    if (static_cast<double>(found) < kLeastSeen * static_cast<double>(before)) break;
+  }
+}
+
+void Evaluator::State::prove(ProjectionProver& prover, Step step, Method method, const Cell& cell,
+                             Cascade& cascade, Evidence* evidence) {
   if (evidence != nullptr && cascade.open().contains(evidence->object)) evidence->method = method;
   CellStatistics& statistics = cascade.statistics();
   const CellStatistics before = statistics;
   cascade.begin(method);
-  if (goes_on)
-    prover.refine(cell, cascade.visible(), cascade.open(), statistics, evidence);
-  else
-    prover.run(cell, cascade.visible(), cascade.open(), statistics, evidence);
+  (prover.*step)(cell, cascade.visible(), cascade.open(), statistics, evidence);
+  cascade.credit(Method::kImproved, prover.improved_objects(), prover.improved_tests());
   const std::uint32_t projections = statistics.projections - before.projections;
   double nominal_ms = projections * kPrices.projection +
                       (statistics.box_tests - before.box_tests) * kPrices.box_test;
@@ -195,14 +206,24 @@ void Evaluator::State::prove_by_shafts(const Cell& cell, Cascade& cascade, Evide
   cascade.end(seen(), work.shafts, nominal_ms);
 }
 
+// Whole objects first; what a few rays see then need not be tested by parts.
+void Evaluator::State::project(Method method, const CellKey& key, const Cell& cell,
+                               Cascade& cascade, Evidence* evidence) {
+  prove(*projection, &ProjectionProver::run, method, cell, cascade, evidence);
+  if (views) view(key, cell, cascade);
+  if (aims()) aim(cascade, kFirstRays);
+  if (cascade.goes_on())
+    prove(*projection, &ProjectionProver::finish, method, cell, cascade, evidence);
+}
+
 // Planes aimed at what is open, a few at a time, while they settle enough.
-void Evaluator::State::escalate(const Cell& cell, Cascade& cascade, Evidence* evidence) {
+void Evaluator::State::escalate(const CellKey& key, const Cell& cell, Cascade& cascade,
+                                Evidence* evidence) {
   constexpr Method kFine = Method::kFineProjection;
-  if (!settings.methods.has(Method::kProjection))
-    prove(*projection, kFine, cell, cascade, evidence);
+  if (!settings.methods.has(Method::kProjection)) project(kFine, key, cell, cascade, evidence);
   for (int round = 0; round < kMostRounds && cascade.goes_on(); ++round) {
     const std::uint64_t before = cascade.visible_triangles() - cascade.seen_triangles();
-    prove(*projection, kFine, cell, cascade, evidence, true);
+    prove(*projection, &ProjectionProver::refine, kFine, cell, cascade, evidence);
     if (slices && cascade.goes_on()) slice(*projection, kFineSplits, cell, cascade, evidence);
     const std::uint64_t left = cascade.visible_triangles() - cascade.seen_triangles();
     if (static_cast<double>(before - left) < kLeastSettled * static_cast<double>(before)) break;
@@ -233,13 +254,14 @@ void Evaluator::State::slice(ProjectionProver& prover, int splits, const Cell& c
   }
   std::uint32_t box_tests = 0;
   if (work.pixels > 0) {
-    HierarchyTest test(*scene, frame, prover.maps());
+    HierarchyTest test(*scene, frame, prover.maps(), prover.by_parts());
     test.watch(evidence);
     VisibleSet hidden = cascade.open();
     test.run(cascade.open(), splits);
     hidden.remove_all(cascade.open());
     cascade.visible().remove_all(hidden);
     box_tests = test.box_tests();
+    cascade.credit(Method::kImproved, test.improved_objects(), test.improved_tests());
   }
   cascade.statistics().box_tests += box_tests;
   cascade.end(seen(), work.segments,
@@ -248,34 +270,11 @@ void Evaluator::State::slice(ProjectionProver& prover, int splits, const Cell& c
   slices_pay = static_cast<double>(before - left) >= kLeastSliced * static_cast<double>(before);
 }
 
-// On the maps of the prover's last run.
-void Evaluator::State::improve(const ProjectionProver& prover, int splits, const Cell& cell,
-                               Cascade& cascade, Evidence* evidence) {
-  if (prover.maps().empty()) return;
-  if (evidence != nullptr && cascade.open().contains(evidence->object))
-    evidence->method = Method::kImproved;
-  cascade.begin(Method::kImproved);
-  const CellFrame frame(cell);
-  HierarchyTest test(*scene, frame, prover.maps(), BoxRule::kImproved);
-  test.watch(evidence);
-  VisibleSet hidden = cascade.open();
-  {
-    StageScope stage(stages, Stage::kTest);
-    test.run(cascade.open(), splits);
-    stage.did(test.box_tests());
-  }
-  hidden.remove_all(cascade.open());
-  cascade.visible().remove_all(hidden);
-  cascade.statistics().box_tests += test.box_tests();
-  cascade.end(seen(), test.box_tests(), test.box_tests() * kPrices.box_test);
-}
-
 // The cheapest prover on what is open, witnesses for what it leaves, escalation while the gap is
 // too large. A gap of 0 asks for all; else a sweep comes in the place of Projections or not at all.
 void Evaluator::State::prove_all(const CellKey& key, const Cell& cell, Cascade& cascade,
                                  Evidence* evidence) {
   const auto has = [&](Method method) { return settings.methods.has(method); };
-  const bool aims = sampler && has(Method::kAimedRays), improves = has(Method::kImproved);
   const bool everything = settings.gap == 0 || !projection;
   const bool sweeps_first = sweep && swept_first(*widths, cell);
   bool projects = true;
@@ -284,26 +283,22 @@ void Evaluator::State::prove_all(const CellKey& key, const Cell& cell, Cascade& 
     prove_by_sweep(cell, cascade, evidence);
     projects = everything || cascade.open_triangles() > (1 - kSweptEnough) * before;
     if (!projects && views) view(key, cell, cascade);
-    if (!projects && aims) aim(cascade, kFirstRays);
+    if (!projects && aims()) aim(cascade, kFirstRays);
   }
   if (has(Method::kProjection) && projects && cascade.goes_on()) {
-    prove(*projection, Method::kProjection, cell, cascade, evidence);
+    project(Method::kProjection, key, cell, cascade, evidence);
     if (slices && cascade.goes_on()) slice(*projection, kSplits, cell, cascade, evidence);
-    if (views) view(key, cell, cascade);
-    if (aims) aim(cascade, kFirstRays);
-    if (improves && cascade.goes_on()) improve(*projection, kSplits, cell, cascade, evidence);
+    if (aims() && cascade.goes_on()) aim(cascade, kNextRays);
   }
   if (bare_maps && cascade.goes_on()) {
-    prove(*bare_maps, Method::kSlices, cell, cascade, evidence);
+    prove(*bare_maps, &ProjectionProver::run, Method::kSlices, cell, cascade, evidence);
     slice(*bare_maps, kFineSplits, cell, cascade, evidence);
   }
-  if (has(Method::kFineProjection) && projects && cascade.goes_on()) {
-    escalate(cell, cascade, evidence);
-    if (improves && cascade.goes_on()) improve(*projection, kFineSplits, cell, cascade, evidence);
-  }
+  if (has(Method::kFineProjection) && projects && cascade.goes_on())
+    escalate(key, cell, cascade, evidence);
   if (surfaces && cascade.goes_on()) {
-    prove(*surfaces, Method::kSurfaces, cell, cascade, evidence);
-    if (improves && cascade.goes_on()) improve(*surfaces, kFineSplits, cell, cascade, evidence);
+    prove(*surfaces, &ProjectionProver::run, Method::kSurfaces, cell, cascade, evidence);
+    prove(*surfaces, &ProjectionProver::finish, Method::kSurfaces, cell, cascade, evidence);
   }
   if (shafts && cascade.goes_on()) prove_by_shafts(cell, cascade, evidence);
   if (sweep && everything && !sweeps_first && cascade.goes_on())
@@ -348,14 +343,12 @@ CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const Visibl
   s.slice_frame.reset();
   s.slices_pay = true;
   if (s.sampler) s.sampler->begin(cell, seed_of(key), s.settings.near_m);
-  const bool aims = s.sampler && s.settings.methods.has(Method::kAimedRays);
 
   // 1. What is cheap to see.
   if (s.sampler && s.settings.methods.has(Method::kLookAround)) s.look_around(cascade);
-  if (aims && cascade.open().count() <= kFewObjects) s.aim(cascade, kFirstRays);
+  if (s.aims() && cascade.open().count() <= kFewObjects) s.aim(cascade, kFirstRays);
   s.prove_all(key, cell, cascade, evidence);
-  while (aims && cascade.goes_on() && s.aim(cascade, kSecondRays)) {
-  }
+  s.aim_on(cascade);
 
   // 2. What a single viewpoint sees, where the coordinator will have to decide about a split.
   std::uint64_t point_triangles = 0;

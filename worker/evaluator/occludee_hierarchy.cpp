@@ -3,6 +3,14 @@
 #include <algorithm>
 
 namespace pvsfarm {
+namespace {
+
+void push_open(const BvhNode& node, const VisibleSet& open, std::vector<ObjectId>& objects) {
+  for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
+    if (open.contains(ObjectId{i})) objects.push_back(ObjectId{i});
+}
+
+}  // namespace
 
 // The rule on one map.
 PlaneAnswer HierarchyTest::ask(std::size_t map, const Box& local_box) {
@@ -14,9 +22,12 @@ PlaneAnswer HierarchyTest::ask(std::size_t map, const Box& local_box) {
   }
   const PlaneAnswer answer = group.planes.answer(map - group.first);
   improved_.reset();
-  if (answer == PlaneAnswer::kUnknown && rule_ == BoxRule::kImproved)
-    improved_ = improved_test(maps_[map], local_box);
-  return improved_ ? PlaneAnswer::kHidden : answer;
+  if (answer != PlaneAnswer::kUnknown || rule_ != BoxRule::kImproved) return answer;
+  ++improved_tests_;
+  improved_ = improved_test(maps_[map], local_box);
+  if (!improved_) return answer;
+  improved_helped_ = true;
+  return PlaneAnswer::kHidden;
 }
 
 // The rule on every map that is not yet known to be futile; `useful` loses those found futile.
@@ -136,7 +147,9 @@ void HierarchyTest::visit(std::uint32_t index, MapMask useful, VisibleSet& open)
   const BvhNode& node = scene_.bvh()[index];
   if (node.box.empty() || !open.any_in(node.first, node.count)) return;
   const Box local_box = frame_.local_around_world(node.box);
+  improved_helped_ = false;
   if (hidden(local_box, useful)) {
+    if (improved_helped_) push_open(node, open, improved_objects_);
     if (const std::uint32_t group = group_of_watched(watched_, open, node); group > 0)
       watched_->parts = {{local_box, hidden_by_, group, improved_}};
     open.remove_range(node.first, node.count);
@@ -152,10 +165,13 @@ void HierarchyTest::visit(std::uint32_t index, MapMask useful, VisibleSet& open)
     const ObjectId id{i};
     if (!open.contains(id)) continue;
     noting_ = watched_ != nullptr && id == watched_->object;
-    if (object_hidden(id, useful))
+    improved_helped_ = false;
+    if (object_hidden(id, useful)) {
       open.remove(id);
-    else if (noting_)
+      if (improved_helped_) improved_objects_.push_back(id);
+    } else if (noting_) {
       watched_->parts.clear();  // some parts are hidden, the whole is not
+    }
     noting_ = false;
   }
 }

@@ -38,6 +38,10 @@ class HierarchyTest {
   // It outlives the runs; null: nothing is noted.
   void watch(Evidence* evidence) { watched_ = evidence; }
   std::uint32_t box_tests() const { return box_tests_; }
+  // Of them, those of the improved Projection; and the objects hidden that rule P alone would not
+  // have hidden, by the same planes and parts.
+  std::uint32_t improved_tests() const { return improved_tests_; }
+  std::span<const ObjectId> improved_objects() const { return improved_objects_; }
 
  private:
   // Maps of one face.
@@ -74,7 +78,9 @@ class HierarchyTest {
   static constexpr std::uint32_t kTrianglesARun = 50'000;
   std::uint32_t triangles_left_ = 0;
   int splits_ = 0;
-  std::uint32_t box_tests_ = 0;
+  std::uint32_t box_tests_ = 0, improved_tests_ = 0;
+  bool improved_helped_ = false;  // some part of what is being tested is hidden by it alone
+  std::vector<ObjectId> improved_objects_;
 };
 
 }  // namespace pvsfarm

@@ -21,6 +21,7 @@ ProjectionProver::ProjectionProver(const Scene& scene, const OccluderRanking& ra
                                    const ProjectionEffort& effort)
     : scene_(scene), ranking_(ranking), effort_(effort), chain_builder_(scene) {
   PVS_CHECK(effort.resolution_px >= 16 && effort.resolution_px <= kMaxResolutionPx);
+  PVS_CHECK(effort.first_resolution_px >= 16 && effort.first_resolution_px <= kMaxResolutionPx);
   PVS_CHECK(effort.planes_per_face >= 1 && effort.planes_per_face <= kMaxMaps / 6);
   if (effort.raster == RasterKind::kOsmesa)
     rasteriser_ = std::make_unique<OsmesaRaster>(effort.resolution_px);
@@ -104,22 +105,28 @@ void ProjectionProver::draw_surfaces(const Cell& cell, const CellFrame& frame,
   }
 }
 
-// Adds the ranked occluders [from, end) that are legal for the cell and, if not among the first,
-// not hidden themselves.
-void ProjectionProver::add_occluders(const CellFrame& frame, double ground_depth,
-                                     const VisibleSet& visible, std::size_t from, std::size_t end,
-                                     CellStatistics& statistics) {
+// Adds the ranked occluders [from, end) that are legal for the cell.
+void ProjectionProver::add_occluders(const CellFrame& frame, std::size_t from, std::size_t end) {
   for (std::size_t i = from; i < end && occluders_.list.size() < kMostOccluders; ++i) {
-    if (from > 0 && !ranking_.owned(ranked_[i], visible)) {
-      ++statistics.occluders_skipped;
-      continue;
-    }
     const Occluder& occluder = scene_.occluders()[ranked_[i].index];
     if (legal_for_cell(scene_, occluder, frame, effort_.near_m)) {
-      add_local(scene_, occluder, frame, ground_depth, ranked_[i].solid_angle, occluders_);
+      add_local(scene_, occluder, frame, ground_depth_, ranked_[i].solid_angle, occluders_);
       screen_.add(occluders_.list.back().box);
     }
   }
+}
+
+// Of the ranked occluders after the first, which are hidden by now for the most part.
+void ProjectionProver::keep_visible(const VisibleSet& visible, CellStatistics& statistics) {
+  StageScope stage(stages_, Stage::kOccluders);
+  if (ranked_.size() <= kFirstOccluders) return;
+  const auto rest = ranked_.begin() + kFirstOccluders;
+  const auto gone = std::remove_if(rest, ranked_.end(), [&](const RankedOccluder& ranked) {
+    return !ranking_.owned(ranked, visible);
+  });
+  statistics.occluders_skipped += static_cast<std::uint32_t>(ranked_.end() - gone);
+  ranked_.erase(gone, ranked_.end());
+  sort_ranked(std::span(ranked_).subspan(kFirstOccluders));
 }
 
 // The occluders of the local list that are hidden by now hide nothing that others do not.
@@ -155,7 +162,7 @@ void ProjectionProver::rank(const CellFrame& frame, const VisibleSet& visible,
                             CellStatistics& statistics) {
   StageScope stage(stages_, Stage::kOccluders);
   const double pixel = 2 * effort_.extent / effort_.resolution_px;
-  ranking_.rank(frame, visible, kLeastPixels * pixel * pixel, ranked_);
+  ranking_.rank(frame, visible, kLeastPixels * pixel * pixel, kFirstOccluders, ranked_);
   stage.did(scene_.occluders().size(), ranking_.bytes());
   statistics.occluder_candidates += static_cast<std::uint32_t>(ranked_.size());
   occluders_.list.clear();
@@ -171,15 +178,32 @@ void ProjectionProver::test(HierarchyTest& test, VisibleSet& open, int splits) c
   stage.did(test.box_tests() - before);
 }
 
+HierarchyTest ProjectionProver::test_on(const CellFrame& frame, BoxRule rule,
+                                        Evidence* evidence) const {
+  HierarchyTest test(scene_, frame, maps(), rule);
+  test.watch(evidence);
+  return test;
+}
+
+// `hidden`: what was open before the test.
+void ProjectionProver::book(const HierarchyTest& test, VisibleSet hidden, const VisibleSet& open,
+                            VisibleSet& visible, CellStatistics& statistics) {
+  statistics.box_tests += test.box_tests();
+  const auto improved = test.improved_objects();
+  improved_objects_.assign(improved.begin(), improved.end());
+  improved_tests_ = test.improved_tests();
+  hidden.remove_all(open);
+  visible.remove_all(hidden);
+}
+
 void ProjectionProver::run(const Cell& cell, VisibleSet& visible, VisibleSet& open,
                            CellStatistics& statistics, Evidence* evidence) {
   const CellFrame frame(cell);
 
   // 1. The largest occluders that are legal for this cell.
-  const double depth = ground_depth(frame, cell);
+  ground_depth_ = ground_depth(frame, cell);
   rank(frame, visible, statistics);
-  const std::size_t first = std::min(ranked_.size(), kFirstOccluders);
-  add_occluders(frame, depth, visible, 0, first, statistics);
+  add_occluders(frame, 0, std::min(ranked_.size(), kFirstOccluders));
 
   // 2. Planes, and an empty map for each.
   {
@@ -187,42 +211,45 @@ void ProjectionProver::run(const Cell& cell, VisibleSet& visible, VisibleSet& op
     begin_maps(choose_planes(frame, occluders_,
                              {.planes_per_face = effort_.planes_per_face,
                               .extent = effort_.extent,
-                              .resolution_px = effort_.resolution_px,
+                              .resolution_px = effort_.first_resolution_px,
                               .occludees = extent_of(scene_, frame, open)}),
                statistics);
     stage.did(map_count_);
   }
 
-  // 3. The largest occluders against all objects.
-  VisibleSet hidden = open;
-  HierarchyTest test(scene_, frame, maps());
-  test.watch(evidence);
+  // 3. These occluders against all objects.
+  const VisibleSet before = open;
+  HierarchyTest test = test_on(frame, BoxRule::kPlain, evidence);
   project_from(frame, 0, nullptr, statistics);
   this->test(test, open, 0);
-  note(hidden, evidence);
-  hidden.remove_all(open);
-  visible.remove_all(hidden);
+  note(before, evidence);
+  book(test, before, open, visible, statistics);
+}
 
-  // 4. The occluders that are not hidden themselves against what is left, this time by parts.
-  hidden = open;
+void ProjectionProver::finish(const Cell& cell, VisibleSet& visible, VisibleSet& open,
+                              CellStatistics& statistics, Evidence* evidence) {
+  const CellFrame frame(cell);
+  const VisibleSet before = open;
   const std::size_t drawn = occluders_.list.size();
-  add_occluders(frame, depth, visible, first, ranked_.size(), statistics);
+  keep_visible(visible, statistics);
+  add_occluders(frame, kFirstOccluders, ranked_.size());
   find_wanted(frame, open);
   project_from(frame, drawn, &wanted_, statistics);
+  HierarchyTest test = test_on(frame, by_parts(), evidence);
   this->test(test, open, effort_.splits);
   if (effort_.surfaces) {
     draw_surfaces(cell, frame, open, statistics);
     this->test(test, open, effort_.splits);
   }
-  note(hidden, evidence);
-  statistics.box_tests += test.box_tests();
-  hidden.remove_all(open);
-  visible.remove_all(hidden);
+  note(before, evidence);
+  book(test, before, open, visible, statistics);
 }
 
 void ProjectionProver::refine(const Cell& cell, VisibleSet& visible, VisibleSet& open,
                               CellStatistics& statistics, Evidence* evidence) {
   const CellFrame frame(cell);
+  improved_objects_.clear();
+  improved_tests_ = 0;
   drop_hidden(visible, statistics);
   {
     StageScope stage(stages_, Stage::kPlanes);
@@ -235,16 +262,13 @@ void ProjectionProver::refine(const Cell& cell, VisibleSet& visible, VisibleSet&
     stage.did(map_count_);
   }
   if (planes_.empty()) return;
-  VisibleSet hidden = open;
-  HierarchyTest test(scene_, frame, maps());
-  test.watch(evidence);
+  const VisibleSet before = open;
+  HierarchyTest test = test_on(frame, by_parts(), evidence);
   find_wanted(frame, open);
   project_from(frame, 0, &wanted_, statistics);
   this->test(test, open, effort_.refined_splits);
-  note(hidden, evidence);
-  statistics.box_tests += test.box_tests();
-  hidden.remove_all(open);
-  visible.remove_all(hidden);
+  note(before, evidence);
+  book(test, before, open, visible, statistics);
 }
 
 // What the watched object was tested on, if it is in `tested`.

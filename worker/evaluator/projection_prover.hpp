@@ -24,11 +24,13 @@ namespace pvsfarm {
 struct ProjectionEffort {
   RasterKind raster = RasterKind::kDirect;
   int resolution_px = 256;
+  int first_resolution_px = 256;  // the same, of the first planes
   int planes_per_face = 6;
-  double extent = 1.1;
+  double extent = 1.3;
   double near_m = 0;
   int splits = 3;                 // Rule S: an occludee's box is halved so often in a row
   int refined_splits = 6;         // the same, of a refinement
+  bool improved = false;          // parts are tested by the improved Projection too
   bool pieces = true;             // convex pieces occlude
   bool surfaces = false;          // whole surfaces occlude too, beside the convex pieces
   std::size_t aimed_planes = 12;  // of a refinement, over all faces
@@ -46,9 +48,16 @@ class ProjectionProver {
   // removed from `visible` too.
   // Adds to the statistics what it did; not which objects it settled.
   // `evidence`, if any, is filled in where its object is in `open`, but for the method.
+  //
+  // First the largest occluders against whole objects: all that is far off goes, at little cost.
   void run(const Cell& cell, VisibleSet& visible, VisibleSet& open, CellStatistics& statistics,
            Evidence* evidence = nullptr);
-  // Goes on where `run` or the last refinement for this cell ended, with the same sets since: the
+  // After `run`, for the same cell, with the same sets or less since: the other occluders, but for
+  // those hidden by now, on the same maps, and what is still open by parts. It costs more an
+  // object: whatever is seen meanwhile is saved.
+  void finish(const Cell& cell, VisibleSet& visible, VisibleSet& open, CellStatistics& statistics,
+              Evidence* evidence = nullptr);
+  // Goes on where `finish` or the last refinement for this cell ended, in the same way: the
   // occluders that are not hidden by now, on planes that are aimed at what is open. May find no
   // plane worth while, and then does nothing.
   void refine(const Cell& cell, VisibleSet& visible, VisibleSet& open, CellStatistics& statistics,
@@ -56,6 +65,12 @@ class ProjectionProver {
 
   // From now on `stages` is told where time goes; null: nobody is.
   void profile(Stages* stages) { stages_ = stages; }
+
+  // How parts are tested.
+  BoxRule by_parts() const { return effort_.improved ? BoxRule::kImproved : BoxRule::kPlain; }
+  // What the last run, its end or refinement owes to the improved Projection alone.
+  std::span<const ObjectId> improved_objects() const { return improved_objects_; }
+  std::uint32_t improved_tests() const { return improved_tests_; }
 
   // The maps of the last run or refinement, as they were at its end.
   std::span<const OcclusionMap> maps() const { return std::span(maps_).first(map_count_); }
@@ -65,10 +80,13 @@ class ProjectionProver {
  private:
   double ground_depth(const CellFrame& frame, const Cell& cell) const;
   void rank(const CellFrame& frame, const VisibleSet& visible, CellStatistics& statistics);
+  HierarchyTest test_on(const CellFrame& frame, BoxRule rule, Evidence* evidence) const;
   void test(HierarchyTest& test, VisibleSet& open, int splits) const;
+  void book(const HierarchyTest& test, VisibleSet hidden, const VisibleSet& open,
+            VisibleSet& visible, CellStatistics& statistics);
   void note(const VisibleSet& tested, Evidence* evidence) const;
-  void add_occluders(const CellFrame& frame, double ground_depth, const VisibleSet& visible,
-                     std::size_t from, std::size_t end, CellStatistics& statistics);
+  void add_occluders(const CellFrame& frame, std::size_t from, std::size_t end);
+  void keep_visible(const VisibleSet& visible, CellStatistics& statistics);
   void drop_hidden(const VisibleSet& visible, CellStatistics& statistics);
   void begin_maps(std::vector<ProjectionPlane> planes, CellStatistics& statistics);
   bool draw_from(const CellFrame& frame, std::size_t from, OcclusionMap& map,
@@ -88,10 +106,13 @@ class ProjectionProver {
   std::vector<RankedOccluder> ranked_;
   LocalOccluders occluders_;
   OccluderScreen screen_;  // of occluders_
+  double ground_depth_ = 0;
   std::vector<OcclusionMap> maps_;
   std::size_t map_count_ = 0;
   std::vector<ProjectionPlane> planes_;  // of the maps
   std::vector<ProjectionPlane> tried_;   // of all maps of this cell
+  std::vector<ObjectId> improved_objects_;
+  std::uint32_t improved_tests_ = 0;
   WantedTiles wanted_;
   CoverageList coverages_;
   SurfaceChainBuilder chain_builder_;

@@ -57,6 +57,7 @@ struct Canvas {
   float* pixels;
   float* tiles;
   std::uint8_t* lowered;  // a tile each: its bound was lowered, its pixels were not
+  std::uint8_t* changed;  // a tile each, as the map has it
   int side;
   // kTilePx, as far as the compiler knows some multiple: loops of a fixed length are unrolled
   // before they could be vectorised.
@@ -91,6 +92,7 @@ int fill(const Canvas& canvas, int tile_row, const int* first, const int* end, i
       continue;
     }
     written += to_row - from_row;
+    canvas.changed[row_of_tiles + tile] = OcclusionMap::kChanged;
     float* row = corner + from + std::ptrdiff_t{from_row} * canvas.side;
     for (int j = from_row; j < to_row; ++j, row += canvas.side) {
       const int a = first[j] - from, b = end[j] - from;
@@ -111,6 +113,7 @@ int settle(const Canvas& canvas) {
   for (int k = 0; k < tiles * tiles; ++k) {
     if (canvas.lowered[k] == 0) continue;
     canvas.lowered[k] = 0;
+    canvas.changed[k] = OcclusionMap::kChanged;
     written += kTilePx;
     const float depth = canvas.tiles[k];
     float* row = canvas.pixels + std::ptrdiff_t{k / tiles} * kTilePx * canvas.side +
@@ -166,7 +169,12 @@ void DirectRaster::draw(const CoverageList& list, OcclusionMap& map) {
   const int side = plane.resolution_px;
   const double per_px = 1 / plane.px;
   Spans& spans = *spans_;
-  const Canvas canvas{map.base(), map.tiles().data(), spans.lowered, side, tile_px_};
+  const Canvas canvas{map.base_of_tiles(),
+                      map.tiles().data(),
+                      spans.lowered,
+                      map.changed_tiles().data(),
+                      side,
+                      tile_px_};
   for (const Coverage& c : list.coverages) {
     const PixelRange inner = whole_pixels({c.x0, c.y0, c.x1, c.y1}, plane);
     if (inner.i0 > inner.i1 || inner.j0 > inner.j1) continue;

@@ -24,7 +24,21 @@ double solid_angle_of(const Box& box, std::span<const Vec3> points, const Vec3& 
   return area / (distance * distance * distance);
 }
 
+bool is_larger(const RankedOccluder& a, const RankedOccluder& b) {
+  return a.solid_angle > b.solid_angle || (a.solid_angle == b.solid_angle && a.index < b.index);
+}
+
+double squared_distance(const Box& box, const Vec3& p) {
+  Vec3 off(0);
+  for (int a = 0; a < 3; ++a) off[a] = std::max({0.0, box.lo[a] - p[a], p[a] - box.hi[a]});
+  return dot(off, off);
+}
+
 }  // namespace
+
+void sort_ranked(std::span<RankedOccluder> ranked) {
+  std::sort(ranked.begin(), ranked.end(), is_larger);
+}
 
 bool owner_in(const Scene& scene, const Occluder& occluder, const VisibleSet& candidates) {
   for (const ObjectId owner : scene.owners(occluder))
@@ -65,7 +79,10 @@ OccluderRanking::OccluderRanking(const Scene& scene) : scene_(scene) {
          owners,
          owners.end - owners.first == 1 || !only_occludees});
     if (balls_.size() % kBlock == 1) blocks_.emplace_back();
-    blocks_.back().add(owners);
+    Block& block = blocks_.back();
+    block.owners.add(owners);
+    block.around.add(center);
+    block.largest = std::max(block.largest, balls_.back().radius);
   }
   for (const Occluder& o : occluders)
     if (o.face_of >= 0) ++balls_[ball_of[o.face_of]].face_count;
@@ -89,7 +106,8 @@ bool OccluderRanking::owned(const Ball& ball, const VisibleSet& candidates) cons
 }
 
 void OccluderRanking::rank(const CellFrame& frame, const VisibleSet& candidates,
-                           double least_solid_angle, std::vector<RankedOccluder>& out) const {
+                           double least_solid_angle, std::size_t largest,
+                           std::vector<RankedOccluder>& out) const {
   out.clear();
   const Box cell = frame.world_bounds();
   const Vec3 eye = cell.center();
@@ -101,26 +119,34 @@ void OccluderRanking::rank(const CellFrame& frame, const VisibleSet& candidates,
         solid_angle_of(occluder.box, scene_.points(occluder), eye, least_distance);
     if (solid_angle >= least_solid_angle) out.push_back({index, ball, solid_angle});
   };
+  // No box in a ball of radius r at distance d spans more than about 4 (r / (d - r))^2.
+  const auto is_small = [&](double radius, double squared) {
+    const double reach = radius + cell_radius;
+    return 4.0 * radius * radius < least_solid_angle * (0.5 * squared - reach * reach);
+  };
   for (std::uint32_t i = 0; i < balls_.size(); ++i) {
-    if (i % kBlock == 0 && !blocks_[i / kBlock].any_in(candidates)) {
-      i += kBlock - 1;
-      continue;
+    if (i % kBlock == 0) {
+      // What is true of the largest radius at the least distance is so of all.
+      const Block& block = blocks_[i / kBlock];
+      if (is_small(block.largest, squared_distance(block.around, eye)) ||
+          !block.owners.any_in(candidates)) {
+        i += kBlock - 1;
+        continue;
+      }
     }
     const Ball& ball = balls_[i];
     const double dx = ball.center[0] - eye.x, dy = ball.center[1] - eye.y,
                  dz = ball.center[2] - eye.z;
-    // No box in a ball of radius r at distance d spans more than about 4 (r / (d - r))^2.
     const double squared = dx * dx + dy * dy + dz * dz, reach = ball.radius + cell_radius;
-    const double size = 4.0 * ball.radius * ball.radius;
-    if (size < least_solid_angle * (0.5 * squared - reach * reach)) continue;
+    if (is_small(ball.radius, squared)) continue;
     if (!owned(ball, candidates)) continue;
     consider(ball.index, i);
     if (squared <= 4 * reach * reach)
       for (std::uint32_t f = 0; f < ball.face_count; ++f) consider(faces_[ball.first_face + f], i);
   }
-  std::sort(out.begin(), out.end(), [](const RankedOccluder& a, const RankedOccluder& b) {
-    return a.solid_angle > b.solid_angle || (a.solid_angle == b.solid_angle && a.index < b.index);
-  });
+  const std::size_t sorted = std::min(largest, out.size());
+  std::partial_sort(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(sorted), out.end(),
+                    is_larger);
 }
 
 }  // namespace pvsfarm

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "common/pvs/visible_set.hpp"
@@ -20,6 +21,9 @@ struct RankedOccluder {
   double solid_angle = 0;   // [sr] roughly, of its box from the cell's centre
 };
 
+// By falling solid angle: the one order of them.
+void sort_ranked(std::span<RankedOccluder> ranked);
+
 // The scene's occluders, laid out for being looked at whole for every cell.
 // Threads: const after construction.
 class OccluderRanking {
@@ -27,10 +31,10 @@ class OccluderRanking {
   explicit OccluderRanking(const Scene& scene);
 
   // Every occluder of at least `least_solid_angle` that an object of `candidates`, or one that
-  // only occludes, owns; by falling solid angle. Faces of solids come only where the cell may meet
-  // their solid.
+  // only occludes, owns. The `largest` first of them by falling solid angle, the others in no order
+  // (sort_ranked). Faces of solids come only where the cell may meet their solid.
   void rank(const CellFrame& frame, const VisibleSet& candidates, double least_solid_angle,
-            std::vector<RankedOccluder>& out) const;
+            std::size_t largest, std::vector<RankedOccluder>& out) const;
   // owner_in() of an occluder that rank() named, in less time.
   bool owned(const RankedOccluder& ranked, const VisibleSet& candidates) const {
     return owned(balls_[ranked.ball], candidates);
@@ -53,9 +57,16 @@ class OccluderRanking {
   };
   bool owned(const Ball& ball, const VisibleSet& candidates) const;
 
+  // So many balls: most of a scene is seen by no cell, or too small.
+  struct Block {
+    Owners owners;
+    Box around;         // of the balls' middles
+    float largest = 0;  // radius
+  };
+
   const Scene& scene_;
-  std::vector<Ball> balls_;           // of every occluder but faces of solids
-  std::vector<Owners> blocks_;        // of so many balls each: most of a scene is seen by no cell
+  std::vector<Ball> balls_;  // of every occluder but faces of solids
+  std::vector<Block> blocks_;
   std::vector<std::uint32_t> faces_;  // occluder indices, by solid
 };
 

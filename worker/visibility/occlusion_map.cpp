@@ -6,6 +6,7 @@
 
 #include "common/base/check.hpp"
 #include "worker/visibility/dispatch.hpp"
+#include "worker/visibility/lanes.hpp"
 
 namespace pvsfarm {
 namespace {
@@ -14,21 +15,55 @@ namespace {
 // and hardly ever say yes.
 constexpr int kFinerLevels = 3;
 
-// Two rows of `source` (each 2n long) to one row of n: max or min of 2 x 2 texels.
-PVSFARM_DISPATCH
-void reduce_max(const float* row0, const float* row1, float* out, int n) {
-  for (int i = 0; i < n; ++i) {
-    const float a = row0[2 * i] > row0[2 * i + 1] ? row0[2 * i] : row0[2 * i + 1];
-    const float b = row1[2 * i] > row1[2 * i + 1] ? row1[2 * i] : row1[2 * i + 1];
-    out[i] = a > b ? a : b;
+constexpr std::uint8_t kSinceReset = 1, kSinceBuild = 2;
+static_assert(OcclusionMap::kChanged == (kSinceReset | kSinceBuild));
+
+// The first levels of a map, up to texels of a tile each.
+struct TileLevels {
+  float* max[kTileLevel + 1];
+  float* min;  // of the last one
+  int side;    // of the map
+};
+
+// Columns [from, to) of a level's rows [first, end), from the level below: the maximum of 2 x 2
+// texels.
+PVSFARM_INLINE void reduce_max(const float* below, float* out, int side, int first, int end,
+                               int from, int to) {
+  for (int j = first; j < end; ++j) {
+    const float *row0 = below + std::ptrdiff_t{4} * j * side,
+                *row1 = row0 + std::ptrdiff_t{2} * side;
+    float* to_row = out + std::ptrdiff_t{j} * side;
+    for (int i = from; i < to; ++i) {
+      const float a = row0[2 * i] > row0[2 * i + 1] ? row0[2 * i] : row0[2 * i + 1];
+      const float b = row1[2 * i] > row1[2 * i + 1] ? row1[2 * i] : row1[2 * i + 1];
+      to_row[i] = a > b ? a : b;
+    }
   }
 }
+
+// The levels of tiles [from, to) of a row of them, from the pixels.
 PVSFARM_DISPATCH
-void reduce_min(const float* row0, const float* row1, float* out, int n) {
-  for (int i = 0; i < n; ++i) {
-    const float a = row0[2 * i] < row0[2 * i + 1] ? row0[2 * i] : row0[2 * i + 1];
-    const float b = row1[2 * i] < row1[2 * i + 1] ? row1[2 * i] : row1[2 * i + 1];
-    out[i] = a < b ? a : b;
+void reduce_tiles(const TileLevels& levels, int tile_row, int from, int to) {
+  for (int k = 1; k <= kTileLevel; ++k) {
+    const int px = kTilePx >> k;
+    reduce_max(levels.max[k - 1], levels.max[k], levels.side >> k, tile_row * px,
+               (tile_row + 1) * px, from * px, to * px);
+  }
+  alignas(64) float least[kMaxResolutionPx];
+  const int n = (to - from) * kTilePx;
+  const float* row = levels.max[0] + std::ptrdiff_t{tile_row} * kTilePx * levels.side +
+                     std::ptrdiff_t{from} * kTilePx;
+  for (int i = 0; i < n; ++i) least[i] = row[i];
+  for (int j = 1; j < kTilePx; ++j) {
+    row += levels.side;
+    for (int i = 0; i < n; ++i) least[i] = row[i] < least[i] ? row[i] : least[i];
+  }
+  float* out = levels.min + std::ptrdiff_t{tile_row} * (levels.side >> kTileLevel);
+  for (int t = from; t < to; ++t) {
+    const float* own = least + (t - from) * kTilePx;
+    float lowest = own[0];
+    for (int i = 1; i < kTilePx; ++i) lowest = own[i] < lowest ? own[i] : lowest;
+    out[t] = lowest;
   }
 }
 
@@ -47,36 +82,92 @@ PixelRange whole_pixels(const PlaneRect& rect, const ProjectionPlane& plane) {
           down((rect.x1 - plane.x0) * per_px) - 1, down((rect.y1 - plane.y0) * per_py) - 1};
 }
 
+void OcclusionMap::make_levels() {
+  level_count_ = std::bit_width(static_cast<unsigned>(plane_.resolution_px));
+  min_from_ = plane_.resolution_px < kTilePx ? level_count_ - 1 : kTileLevel;
+  levels_max_.resize(level_count_);
+  levels_min_.resize(level_count_ - min_from_);
+  for (int k = 0; k < level_count_; ++k) {
+    const std::size_t side = plane_.resolution_px >> k;
+    levels_max_[k].resize(side * side);
+    if (k >= min_from_) levels_min_[k - min_from_].resize(side * side);
+  }
+  const std::size_t tiles = plane_.resolution_px >> kTileLevel;
+  tiles_.resize(tiles * tiles);
+  changed_.resize(tiles * tiles);
+}
+
+void OcclusionMap::empty_all() {
+  for (auto& level : levels_max_) std::fill(level.begin(), level.end(), kUncovered);
+  for (auto& level : levels_min_) std::fill(level.begin(), level.end(), kUncovered);
+}
+
+// What no tile was changed in is empty already.
+void OcclusionMap::empty_changed() {
+  const int tiles = plane_.resolution_px >> kTileLevel;
+  for (int t = 0; t < tiles * tiles; ++t) {
+    if (changed_[t] == 0) continue;
+    for (int k = 0; k < kTileLevel; ++k) {
+      const std::ptrdiff_t side = plane_.resolution_px >> k, px = kTilePx >> k;
+      float* row = levels_max_[k].data() + (t / tiles) * px * side + (t % tiles) * px;
+      for (int j = 0; j < px; ++j, row += side) std::fill(row, row + px, kUncovered);
+    }
+  }
+  for (int k = kTileLevel; k < level_count_; ++k)
+    std::fill(levels_max_[k].begin(), levels_max_[k].end(), kUncovered);
+  for (auto& level : levels_min_) std::fill(level.begin(), level.end(), kUncovered);
+}
+
 void OcclusionMap::reset(const ProjectionPlane& plane) {
   PVS_CHECK(std::has_single_bit(static_cast<unsigned>(plane.resolution_px)));
   PVS_CHECK_LE(plane.resolution_px, kMaxResolutionPx);
+  const bool same_size = level_count_ > 0 && plane.resolution_px == plane_.resolution_px;
   plane_ = plane;
   per_px_ = 1 / plane.px;
   per_py_ = 1 / plane.py;
   built_ = false;
-  level_count_ = std::bit_width(static_cast<unsigned>(plane.resolution_px));
-  levels_max_.resize(level_count_);
-  levels_min_.resize(level_count_ - 1);
-  for (int k = 0; k < level_count_; ++k) {
-    const std::size_t side = plane.resolution_px >> k;
-    levels_max_[k].resize(side * side);
-    if (k > 0) levels_min_[k - 1].resize(side * side);
+  if (!same_size) make_levels();
+  if (!same_size || all_changed_)
+    empty_all();
+  else
+    empty_changed();
+  std::fill(tiles_.begin(), tiles_.end(), kUncovered);
+  std::fill(changed_.begin(), changed_.end(), 0);
+  all_changed_ = false;
+}
+
+// Levels up to tiles, where something has changed since they were made last.
+void OcclusionMap::reduce_changed() {
+  TileLevels levels{.max = {}, .min = levels_min_[0].data(), .side = plane_.resolution_px};
+  for (int k = 0; k <= kTileLevel; ++k) levels.max[k] = levels_max_[k].data();
+  const int tiles = plane_.resolution_px >> kTileLevel;
+  for (int j = 0; j < tiles; ++j) {
+    std::uint8_t* row = &changed_[static_cast<std::size_t>(j) * tiles];
+    const auto is_changed = [&](int i) { return all_changed_ || (row[i] & kSinceBuild) != 0; };
+    for (int i = 0; i < tiles; ++i) {
+      if (!is_changed(i)) continue;
+      const int from = i;
+      for (; i < tiles && is_changed(i); ++i) row[i] &= ~kSinceBuild;
+      reduce_tiles(levels, j, from, i);
+    }
   }
-  std::fill(levels_max_[0].begin(), levels_max_[0].end(), kUncovered);
-  const std::size_t tiles = plane.resolution_px >> kTileLevel;
-  tiles_.assign(tiles * tiles, kUncovered);
 }
 
 void OcclusionMap::build_pyramids() {
   built_ = true;
-  for (int k = 1; k < level_count_; ++k) {
+  if (!tiles_.empty())
+    reduce_changed();
+  else
+    levels_min_[0][0] = *std::min_element(levels_max_[0].begin(), levels_max_[0].end());
+  for (int k = tiles_.empty() ? 1 : kTileLevel + 1; k < level_count_; ++k) {
     const int side = plane_.resolution_px >> k;
-    const float* below_max = levels_max_[k - 1].data();
-    const float* below_min = k == 1 ? below_max : levels_min_[k - 2].data();
-    for (int j = 0; j < side; ++j) {
-      const std::size_t row = std::size_t{2} * j * 2 * side;
-      reduce_max(below_max + row, below_max + row + 2 * side, &levels_max_[k][j * side], side);
-      reduce_min(below_min + row, below_min + row + 2 * side, &levels_min_[k - 1][j * side], side);
+    reduce_max(levels_max_[k - 1].data(), levels_max_[k].data(), side, 0, side, 0, side);
+  }
+  for (std::size_t k = 1; k < levels_min_.size(); ++k) {
+    const std::size_t side = plane_.resolution_px >> (min_from_ + k);
+    for (std::size_t t = 0; t < side * side; ++t) {
+      const float* row = &levels_min_[k - 1][t / side * 4 * side + t % side * 2];
+      levels_min_[k][t] = std::min({row[0], row[1], row[2 * side], row[2 * side + 1]});
     }
   }
   if (!tiles_.empty())
@@ -95,24 +186,20 @@ PixelRange OcclusionMap::touched(const PlaneRect& rect) const {
           pixel((rect.x1 - plane_.x0) * per_px_), pixel((rect.y1 - plane_.y0) * per_py_)};
 }
 
-bool OcclusionMap::covered_in(int level, int i, int j, const PixelRange& range, float depth) const {
-  const int side = plane_.resolution_px >> level;
-  if (levels_max_[level][static_cast<std::size_t>(j) * side + i] < depth) return true;
-  // A square within the range that has a farther pixel.
+// A square that has a pixel not nearer: whether all such pixels lie outside the range.
+bool OcclusionMap::covered_within(int level, int i, int j, const PixelRange& range,
+                                  float depth) const {
   if (i << level >= range.i0 && ((i + 1) << level) - 1 <= range.i1 && j << level >= range.j0 &&
       ((j + 1) << level) - 1 <= range.j1)
     return false;
   const int half = level - 1;
+  const int i0 = std::max(2 * i, range.i0 >> half), i1 = std::min(2 * i + 1, range.i1 >> half);
+  const int j0 = std::max(2 * j, range.j0 >> half), j1 = std::min(2 * j + 1, range.j1 >> half);
   // From above, where most of what shows does.
-  for (int dj = 1; dj >= 0; --dj) {
-    const int cj = 2 * j + dj;
-    if (cj < (range.j0 >> half) || cj > (range.j1 >> half)) continue;
-    for (int di = 0; di < 2; ++di) {
-      const int ci = 2 * i + di;
-      if (ci < (range.i0 >> half) || ci > (range.i1 >> half)) continue;
-      if (!covered_in(half, ci, cj, range, depth)) return false;
-    }
-  }
+  for (int cj = j1; cj >= j0; --cj)
+    for (int ci = i0; ci <= i1; ++ci)
+      if (!(highest(half, ci, cj) < depth) && !covered_within(half, ci, cj, range, depth))
+        return false;
   return true;
 }
 
@@ -129,7 +216,7 @@ bool OcclusionMap::covered(const PixelRange& r, float depth) const {
       static_cast<int>(std::bit_width(static_cast<unsigned>(span))) - kFinerLevels, 0);
   for (int j = r.j1 >> level; j >= r.j0 >> level; --j)
     for (int i = r.i0 >> level; i <= r.i1 >> level; ++i)
-      if (!covered_in(level, i, j, r, depth)) return false;
+      if (!(highest(level, i, j) < depth) && !covered_within(level, i, j, r, depth)) return false;
   return true;
 }
 
@@ -155,8 +242,9 @@ float OcclusionMap::lower_bound(const PixelRange& range) const {
   if (r.i1 < 0 || r.j1 < 0 || r.i0 > last || r.j0 > last) return kUncovered;
   r = {std::max(r.i0, 0), std::max(r.j0, 0), std::min(r.i1, last), std::min(r.j1, last)};
   const int span = std::max(r.i1 - r.i0, r.j1 - r.j0);
-  const int level = std::min<int>(std::bit_width(static_cast<unsigned>(span)), level_count_ - 1);
-  const auto& texels = level == 0 ? levels_max_[0] : levels_min_[level - 1];
+  const int level = std::clamp(static_cast<int>(std::bit_width(static_cast<unsigned>(span))),
+                               min_from_, level_count_ - 1);
+  const auto& texels = levels_min_[level - min_from_];
   const int side = plane_.resolution_px >> level;
   float lowest = kUncovered;
   for (int j = r.j0 >> level; j <= r.j1 >> level; ++j)

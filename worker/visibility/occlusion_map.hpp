@@ -6,6 +6,7 @@
 // Differs from Durand 2000: the hidden test is for one plane at a time, strict, and never clips.
 #pragma once
 
+#include <cstdint>
 #include <limits>
 #include <span>
 #include <vector>
@@ -40,13 +41,23 @@ class OcclusionMap {
   void reset(const ProjectionPlane& plane);
 
   const ProjectionPlane& plane() const { return plane_; }
-  // Row j, pixel i: base()[j * resolution + i].
-  float* base() { return levels_max_[0].data(); }
+  // Row j, pixel i: base()[j * resolution + i]. To be asked for anew after build_pyramids(), before
+  // more is written.
+  float* base() {
+    all_changed_ = true;
+    return levels_max_[0].data();
+  }
   const float* base() const { return levels_max_[0].data(); }
   // Of each square of kTilePx pixels a side, row by row: at this depth and beyond nothing need be
   // drawn there, because all of it is nearer or nobody wants it. A hint to who draws, who lowers
   // it; no test reads it. build_pyramids() makes it the greatest Z. Empty below kTilePx.
   std::span<float> tiles() { return tiles_; }
+
+  // The base for who marks the squares of tiles() it changes pixels of, by kChanged: the others
+  // need not be reduced, nor emptied for the next plane.
+  float* base_of_tiles() { return levels_max_[0].data(); }
+  static constexpr std::uint8_t kChanged = 3;
+  std::span<std::uint8_t> changed_tiles() { return changed_; }
 
   // To be called when the base has changed, before any test.
   void build_pyramids();
@@ -56,8 +67,9 @@ class OcclusionMap {
   // Whether nothing need be drawn in `range` at `depth`, as far as tiles() tell, and the pyramids
   // if they were built. May be asked while a map is drawn. Requires: `range` in the map.
   bool needs_nothing(const PixelRange& range, float depth) const;
-  // The smallest Z of any pixel that `rect` touches, a lower bound of it, read from at most
-  // 2 x 2 texels of the min pyramid; kUncovered where rect misses the map.
+  // A lower bound of the smallest Z of any pixel that `rect` touches, read from at most 2 x 2
+  // texels of the min pyramid, which are as large as tiles at least; kUncovered where rect misses
+  // the map.
   float lower_bound(const PlaneRect& rect) const;
   float lower_bound(const PixelRange& range) const;
   // The greatest Z of a square of 2^level pixels a side, as the pyramids were built last.
@@ -69,15 +81,22 @@ class OcclusionMap {
   PixelRange touched(const PlaneRect& rect) const;
 
  private:
-  bool covered_in(int level, int i, int j, const PixelRange& range, float depth) const;
+  bool covered_within(int level, int i, int j, const PixelRange& range, float depth) const;
+  void make_levels();
+  void empty_all();
+  void empty_changed();
+  void reduce_changed();
 
   ProjectionPlane plane_;
   double per_px_ = 1, per_py_ = 1;
   int level_count_ = 0;
+  int min_from_ = 0;  // the level of levels_min_[0]: tiles, or the whole map if it is smaller
   std::vector<float> tiles_;
+  std::vector<std::uint8_t> changed_;  // by tile: since the reset, since the pyramids
+  bool all_changed_ = false;
   bool built_ = false;                          // the pyramids, since the last reset
   std::vector<std::vector<float>> levels_max_;  // [0] is the map itself
-  std::vector<std::vector<float>> levels_min_;  // [k] belongs to max level k + 1
+  std::vector<std::vector<float>> levels_min_;  // [k] belongs to max level min_from_ + k
 };
 
 }  // namespace pvsfarm

@@ -25,7 +25,7 @@ OccludeeExtent extent_of(const Scene& scene, const CellFrame& frame, const Visib
 
 struct PlaneRequest {
   int planes_per_face = 6;
-  double extent = 1.1;
+  double extent = 1.3;
   int resolution_px = 256;
   OccludeeExtent occludees;
 };
@@ -38,7 +38,7 @@ std::vector<ProjectionPlane> choose_planes(const CellFrame& frame, const LocalOc
 // What planes are aimed at: objects that others have left open.
 struct AimRequest {
   std::size_t planes = 12;  // at most so many, over all faces
-  double extent = 1.1;
+  double extent = 1.3;
   int resolution_px = 256;
   std::span<const ProjectionPlane> before;  // that the objects were tested on already
 };
