@@ -1,6 +1,7 @@
 #include "common/scene/scene_build.hpp"
 
 #include <cmath>
+#include <utility>
 
 #include "common/scene/bundle.hpp"
 #include "common/scene/hierarchy.hpp"
@@ -94,9 +95,36 @@ struct Sections {
   }
 };
 
+struct Models {
+  OccluderSet occluders;
+  SurfaceMesh surfaces;
+};
+
+// Of the objects in the order of their ids. Surfaces first: what they take for a while is as much
+// as all occluders are later. Meshes, and the parts they fall into, go as soon as they are used.
+Models make_models(const Sections& sections, std::vector<Mesh> meshes) {
+  std::vector<SurfaceInput> opaque;
+  for (std::uint32_t id = 0; id < meshes.size(); ++id) {
+    const ObjectRecord& object = sections.objects[id];
+    if (!object.occluder || object.dynamic) continue;
+    const bool two_sided = object.two_sided != 0;
+    opaque.push_back({&meshes[id], split_components(meshes[id], two_sided), two_sided});
+  }
+  Models models{.occluders = {}, .surfaces = make_surfaces(opaque)};
+  for (SurfaceInput& input : opaque) {
+    const auto id = static_cast<std::uint32_t>(input.mesh - meshes.data());
+    model_object(meshes[id], input.components, ObjectId{id}, input.two_sided, sections.ground,
+                 models.occluders);
+    input.components = {};
+    meshes[id] = {};
+  }
+  model_box_runs(sections.ground, models.occluders);
+  return models;
+}
+
 }  // namespace
 
-Result<std::vector<std::byte>> build_bundle(const SceneSource& source) {
+Result<std::vector<std::byte>> build_bundle(SceneSource source) {
   if (const Status status = check_source(source); !status.ok()) return status.error();
 
   // 1. Number the objects.
@@ -111,21 +139,13 @@ Result<std::vector<std::byte>> build_bundle(const SceneSource& source) {
   for (const std::uint32_t i : order.file_index) {
     meshes.push_back(weld(source.objects[i]));
     sections.add(source.objects[i], meshes.back(), i);
+    source.objects[i] = {};
   }
 
   // 3. Occluder models.
-  OccluderSet set;
-  std::vector<SurfaceInput> opaque;
-  for (std::uint32_t id = 0; id < meshes.size(); ++id) {
-    const ObjectRecord& object = sections.objects[id];
-    if (!object.occluder || object.dynamic) continue;
-    const bool two_sided = object.two_sided != 0;
-    opaque.push_back({&meshes[id], split_components(meshes[id], two_sided), two_sided});
-    model_object(meshes[id], opaque.back().components, ObjectId{id}, two_sided, sections.ground,
-                 set);
-  }
-  model_box_runs(sections.ground, set);
-  const SurfaceMesh surfaces = make_surfaces(opaque);
+  const Models models = make_models(sections, std::move(meshes));
+  const OccluderSet& set = models.occluders;
+  const SurfaceMesh& surfaces = models.surfaces;
 
   // 4. Hierarchy, and all of it as bytes.
   const std::vector<BvhNode> bvh = build_bvh(sections.objects, order.morton);
@@ -146,8 +166,8 @@ Result<std::vector<std::byte>> build_bundle(const SceneSource& source) {
                        .surface_components = surfaces.components});
 }
 
-Result<std::shared_ptr<const Scene>> build_scene(const SceneSource& source) {
-  Result<std::vector<std::byte>> bundle = build_bundle(source);
+Result<std::shared_ptr<const Scene>> build_scene(SceneSource source) {
+  Result<std::vector<std::byte>> bundle = build_bundle(std::move(source));
   if (!bundle) return bundle.error();
   return Scene::from_bytes(std::move(bundle).value());
 }

@@ -14,9 +14,10 @@ namespace pvsfarm {
 // The bytes of the bundle. The same source gives the same bytes on every machine.
 // Errors: kInvalidInput (no objects, no occludees, a NaN or infinite vertex, an index out of range,
 // a limit passed), naming the object and how to mend it.
-Result<std::vector<std::byte>> build_bundle(const SceneSource& source);
+// Takes the source, which may be as large as the bundle, and gives it up object by object.
+Result<std::vector<std::byte>> build_bundle(SceneSource source);
 
-// build_bundle and Scene::from_bytes in one: what tests and small tools use.
-Result<std::shared_ptr<const Scene>> build_scene(const SceneSource& source);
+// build_bundle and Scene::from_bytes in one.
+Result<std::shared_ptr<const Scene>> build_scene(SceneSource source);
 
 }  // namespace pvsfarm

@@ -97,7 +97,7 @@ void add_subdivision_options(CLI::App& command, SubdivisionSettings& settings) {
       ->capture_default_str();
   command
       .add_option("--split-gain", settings.split_gain,
-                  "do not split where one viewpoint sees all but this part of the PVS")
+                  "do not split where one viewpoint sees all but this part of the PVS; 0: split")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   command
@@ -187,9 +187,9 @@ Result<BakeJob> prepare_job(const BakeOptions& options, const FarmObserver& obse
   auto imported = import_scene(import);
   if (!imported) return imported.error();
   for (const std::string& warning : imported->warnings) observer.warning(warning);
-  auto bundle = build_bundle(imported->source);
-  if (!bundle) {
-    Error error = bundle.error();
+  auto scene = build_scene(std::move(imported->source));
+  if (!scene) {
+    Error error = scene.error();
     error.text = options.scene + ": " + error.text;
     return error;
   }
@@ -201,17 +201,13 @@ Result<BakeJob> prepare_job(const BakeOptions& options, const FarmObserver& obse
   job.settings.evaluator.methods = *methods;
   // One budget: the evaluator tries harder where the coordinator would split.
   job.settings.evaluator.budget_triangles = job.settings.subdivision.budget_triangles;
-  {
-    const auto scene = Scene::from_bytes(*bundle);
-    if (!scene) return scene.error();
-    auto roots = root_cells(options, **scene, observer);
-    if (!roots) return roots.error();
-    job.roots = std::move(roots).value();
-    observer.note(std::to_string((*scene)->object_count()) + " objects, " +
-                  std::to_string((*scene)->all_triangles().size()) + " triangles, " +
-                  std::to_string(job.roots.size()) + " cells");
-  }
-  job.bundle = std::move(bundle).value();
+  auto roots = root_cells(options, **scene, observer);
+  if (!roots) return roots.error();
+  job.roots = std::move(roots).value();
+  observer.note(std::to_string((*scene)->object_count()) + " objects, " +
+                std::to_string((*scene)->all_triangles().size()) + " triangles, " +
+                std::to_string(job.roots.size()) + " cells");
+  job.scene = std::move(scene).value();
   return job;
 }
 

@@ -140,10 +140,8 @@ Result<std::vector<ChartRow>> measure_scene(const ChartOptions& options,
   const FarmObserver observer = observe(context);
   auto job = prepare_job(options.scene, observer);
   if (!job) return job.error();
-  auto scene = Scene::from_bytes(std::move(job->bundle));
-  if (!scene) return scene.error();
   ChartRequest request{.scene_name = options.name,
-                       .scene = *scene,
+                       .scene = std::move(job->scene),
                        .cells = std::move(job->roots),
                        .sample = options.sample,
                        .seed = options.seed,

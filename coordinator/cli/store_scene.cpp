@@ -27,7 +27,7 @@ Result<std::shared_ptr<const Scene>> read_scene_of(const StoreReader& store,
   if (!options.up.empty()) import.up = options.up == "y" ? UpAxis::kY : UpAxis::kZ;
   auto imported = import_scene(import);
   if (!imported) return imported.error();
-  auto scene = build_scene(imported->source);
+  auto scene = build_scene(std::move(imported->source));
   if (!scene) return invalid_input(options.scene + ": " + scene.error().text);
   if ((*scene)->digest() != store.header().scene_digest)
     return invalid_input(options.scene + ": not the scene of " + store.path() +

@@ -205,7 +205,7 @@ Status check_output(const std::string& output) {
 
 Result<BakeSummary> bake(BakeJob job, const FarmOptions& farm, const FarmObserver& observer) {
   const Clock::time_point start = Clock::now();
-  const Digest bake_digest = bake_digest_of(digest_of(job.bundle), job.roots, job.settings);
+  const Digest bake_digest = bake_digest_of(job.scene->digest(), job.roots, job.settings);
   if (Status status = check_output(job.output); !status) return status.error();
   if (already_baked(job, bake_digest)) return BakeSummary{.already_baked = true};
 
@@ -222,8 +222,8 @@ Result<BakeSummary> bake(BakeJob job, const FarmOptions& farm, const FarmObserve
   remove_left_behind(job.output);
   const Result<PrivateFolder> folder = PrivateFolder::make();
   if (!folder) return folder.error();
-  if (Status status = put_scene(*folder, job.bundle); !status) return status.error();
-  std::vector<std::byte>().swap(job.bundle);
+  if (Status status = put_scene(*folder, job.scene->bundle()); !status) return status.error();
+  job.scene.reset();
   auto scene = Scene::map(folder->scene_path());
   if (!scene) return scene.error();
   running.scene = std::move(scene).value();

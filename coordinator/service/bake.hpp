@@ -12,7 +12,7 @@
 namespace pvsfarm {
 
 struct BakeJob {
-  std::vector<std::byte> bundle;  // of the scene; moved to a file that the workers map
+  std::shared_ptr<const Scene> scene;  // given up for a file that the workers map, too
   std::vector<RootCell> roots;
   BakeSettings settings;
   std::string output;  // OUT.pvs; beside it OUT.pvs.journal while it is not complete

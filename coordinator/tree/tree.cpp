@@ -53,6 +53,7 @@ LeafReason leaf_reason(const CellFigures& figures, const SubdivisionSettings& se
   if (figures.depth >= kMaxDepth || cell.hi[axis] - cell.lo[axis] < 2 * settings.min_cell_m ||
       !can_split(cell, axis))
     return LeafReason::kTooSmall;
+  if (settings.split_gain == 0) return LeafReason::kNone;
   // Whatever part holds that viewpoint stays over the budget.
   if (point > settings.budget_triangles) return LeafReason::kPointOverBudget;
   const double rest = point < pvs ? static_cast<double>(pvs - point) : 0;

@@ -51,6 +51,7 @@ struct CellFigures {
 };
 
 // The stopping rule: kNone if the cell is to be split, else what stands against it.
+// A split_gain of 0 splits whatever a viewpoint sees, as the papers do.
 // Source: theory G. Samples steer it; soundness does not depend on any of it.
 LeafReason leaf_reason(const CellFigures& figures, const SubdivisionSettings& settings);
 

@@ -127,9 +127,11 @@ TEST(StoppingRule, names_the_first_reason_that_holds) {
   EXPECT_EQ(reason_of(5000, 1001, coarse), LeafReason::kTooSmall);
 }
 
-TEST(StoppingRule, without_a_gain_to_ask_for_only_a_full_view_stops) {
+TEST(StoppingRule, without_a_gain_to_ask_for_no_view_stops_and_with_all_of_it_any_does) {
   const SubdivisionSettings settings{.budget_triangles = 1000, .min_cell_m = 1, .split_gain = 0};
   EXPECT_EQ(reason_of(1001, 1000, settings), LeafReason::kNone);
+  EXPECT_EQ(reason_of(1001, 1001, settings), LeafReason::kNone);
+  EXPECT_EQ(reason_of(1000, 1000, settings), LeafReason::kBudgetMet);
   const SubdivisionSettings all{.budget_triangles = 1000, .min_cell_m = 1, .split_gain = 1};
   EXPECT_EQ(reason_of(5000, 0, all), LeafReason::kNone);  // not knowing is no reason
   EXPECT_EQ(reason_of(5000, 1, all), LeafReason::kNothingToGain);

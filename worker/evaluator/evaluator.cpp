@@ -24,6 +24,7 @@ constexpr std::uint32_t kFewObjects = 2048;
 constexpr std::uint64_t kFirstRays = 4;    // for each open object, the first time it is aimed at
 constexpr std::uint64_t kNextRays = 16;    // of what has been tested by parts
 constexpr std::uint64_t kSecondRays = 64;  // and once all provers had their turn
+constexpr std::uint64_t kRaysAFind = 100;  // of the first, or there are none after them: a thicket
 constexpr std::uint32_t kViewpoints = 4;   // that L_pt is looked for from
 constexpr int kMostRounds = 4;
 constexpr double kLeastSettled = 0.03;  // of what was open, in triangles, or it was the last round
@@ -74,6 +75,7 @@ struct Evaluator::State {
   void look_around(Cascade& cascade);
   void view(const CellKey& key, const Cell& cell, Cascade& cascade);
   void aim(Cascade& cascade, std::uint64_t rays_an_object);
+  bool aiming_pays() const { return finds * kRaysAFind >= aimed_rays; }
   void aim_on(Cascade& cascade);
   using Step = void (ProjectionProver::*)(const Cell&, VisibleSet& visible, VisibleSet& open,
                                           CellStatistics&, Evidence*);
@@ -109,6 +111,7 @@ struct Evaluator::State {
   std::unique_ptr<HintViews> hints;
   std::unique_ptr<Sampler> hint_sampler;  // where there is no other
   std::uint64_t rays_left = 0;
+  std::uint64_t aimed_rays = 0, finds = 0;  // of a cell: cast at what is open, objects they saw
   Stages* stages = nullptr;
 };
 
@@ -147,11 +150,14 @@ void Evaluator::State::aim(Cascade& cascade, std::uint64_t rays_an_object) {
   cascade.begin(Method::kAimedRays);
   const SamplingRound round = sampler->aim(cascade.open(), rays);
   rays_left -= std::min(rays_left, round.rays);
+  aimed_rays += round.rays;
+  finds += round.seen;
   cascade.end(seen(), round.rays, static_cast<double>(round.rays) * kPrices.ray);
 }
 
 // Once all provers had their turn, while it finds enough.
 void Evaluator::State::aim_on(Cascade& cascade) {
+  if (!aiming_pays()) return;
   while (aims() && cascade.goes_on()) {
     const std::uint64_t before = cascade.open_triangles();
     aim(cascade, kSecondRays);
@@ -340,6 +346,7 @@ CellDelta Evaluator::evaluate(const CellKey& key, const Cell& cell, const Visibl
   PVS_CHECK(evidence == nullptr || parent.contains(evidence->object));
   Cascade cascade(*s.scene, s.settings, parent, s.clock);
   s.rays_left = s.settings.max_rays;
+  s.aimed_rays = s.finds = 0;
   s.slice_frame.reset();
   s.slices_pay = true;
   if (s.sampler) s.sampler->begin(cell, seed_of(key), s.settings.near_m);
@@ -372,13 +379,6 @@ void Evaluator::profile(Stages* stages) {
 std::span<const Witness> Evaluator::witnesses() const {
   if (!state_->sampler) return {};
   return state_->sampler->witnesses();
-}
-
-VisibleSet all_occludees(const Scene& scene) {
-  VisibleSet set = VisibleSet::all(scene.object_count());
-  for (std::uint32_t i = 0; i < scene.object_count(); ++i)
-    if (!scene.object(ObjectId{i}).occludee) set.remove(ObjectId{i});
-  return set;
 }
 
 }  // namespace pvsfarm

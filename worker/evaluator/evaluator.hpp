@@ -15,6 +15,7 @@
 #include "common/cells/cell.hpp"
 #include "common/pvs/delta.hpp"
 #include "common/pvs/kernel.hpp"
+#include "common/pvs/occludees.hpp"
 #include "common/pvs/settings.hpp"
 #include "common/pvs/visible_set.hpp"
 #include "common/scene/scene.hpp"
@@ -48,8 +49,5 @@ class Evaluator {
   struct State;
   std::unique_ptr<State> state_;
 };
-
-// The PVS of the whole scene: every occludee.
-VisibleSet all_occludees(const Scene& scene);
 
 }  // namespace pvsfarm

@@ -12,13 +12,14 @@ namespace pvsfarm {
 namespace {
 
 // A step, as a part of the distance. A smaller one loses more to pixels than it gains by having
-// occluders near a plane (theory B.2): its kernel should be many pixels wide.
-constexpr double kStep = 0.1;
-constexpr double kFirstDistance = 3;  // of the cell's half width
+// occluders near a plane (theory B.2): its kernel should be many pixels wide. In a forest of 7,750
+// trees steps of 0.1 from a distance of 3 on hide another 0.4 % and take half as long again.
+constexpr double kStep = 0.15;
+constexpr double kFirstDistance = 5;  // of the cell's half width
 // A face is given up where planes have settled too little since the last that settled enough.
 constexpr int kPlanesATest = 3;
-constexpr double kGiveUp = 1.4;        // of that one's distance
-constexpr double kLeastYield = 0.002;  // of what is open
+constexpr double kGiveUp = 1.4;       // of that one's distance
+constexpr double kLeastYield = 0.01;  // of what is open
 
 // Depth beyond the face of a box of the local frame.
 struct DepthRange {

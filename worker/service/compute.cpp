@@ -8,6 +8,7 @@
 #include <new>
 
 #include "common/base/check.hpp"
+#include "common/pvs/occludees.hpp"
 #include "common/wire/finding_bytes.hpp"
 
 namespace pvsfarm {
@@ -47,13 +48,6 @@ std::uint64_t append(const VisibleSet& set, Bytes& data) {
   return bytes.size();
 }
 
-VisibleSet occludees_of(const Scene& scene) {
-  VisibleSet set = VisibleSet::all(scene.object_count());
-  for (std::uint32_t i = 0; i < scene.object_count(); ++i)
-    if (!scene.object(ObjectId{i}).occludee) set.remove(ObjectId{i});
-  return set;
-}
-
 bool needs_osmesa(const EvaluatorSettings& settings) {
   return settings.raster == RasterKind::kOsmesa || settings.methods.has(Method::kItemBuffers);
 }
@@ -74,7 +68,7 @@ class Compute::Bench {
         workshop_(shared.workshop),
         scene_(std::move(scene)),
         settings_(settings),
-        everything_(occludees_of(*scene_)) {}
+        everything_(all_occludees(*scene_)) {}
 
   JobResult work(const Job& job, std::atomic<std::uint64_t>& progress) {
     if (const auto* task = std::get_if<Task>(&job.work)) return evaluate(*task, progress);

@@ -1,6 +1,7 @@
 #include "worker/visibility/aim_points.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -45,25 +46,30 @@ const std::vector<AimPoints::Corner>& AimPoints::corners_of(ObjectId object) {
   const auto triangles = scene_->triangles(object);
   if (!corners.empty() || triangles.empty()) return corners;
   const Vec3 size = scene_->object(object).box.size();
+  // All corners in one pass: a tree's leaves do not fit into the cache.
+  std::array<Vec3, kCorners> out, tip;
   for (std::uint64_t k = 0; k < kCorners; ++k) {
     // Of the highest the outermost: the heights of a mesh differ by more than this share of x and
     // y.
     const double x = k < 4 ? kHardly * size.z / (size.x + size.y + size.z) : 1;
-    const Vec3 out{k & 1 ? x : -x, k & 2 ? x : -x, k < 8 ? 1.0 : -1.0};
-    Corner best{.vertex = triangles[0].vertex[0]};
-    for (const Triangle& t : triangles)
-      for (const std::uint32_t v : t.vertex)
-        if (dot(scene_->vertices()[v] - scene_->vertices()[best.vertex], out) > 0) best.vertex = v;
-    corners.push_back(best);
+    out[k] = {k & 1 ? x : -x, k & 2 ? x : -x, k < 8 ? 1.0 : -1.0};
+    corners.push_back({.vertex = triangles[0].vertex[0]});
+    tip[k] = scene_->vertices()[triangles[0].vertex[0]];
   }
+  for (const Triangle& t : triangles)
+    for (const std::uint32_t v : t.vertex) {
+      const Vec3 at = scene_->vertices()[v];
+      for (std::uint64_t k = 0; k < kCorners; ++k)
+        if (dot(at - tip[k], out[k]) > 0) corners[k].vertex = v, tip[k] = at;
+    }
   const auto first = static_cast<std::uint32_t>(scene_->object(object).first_triangle);
-  for (Corner& corner : corners) {
-    const Vec3 at = scene_->vertices()[corner.vertex];
-    for (std::uint32_t i = 0; i < triangles.size() && corner.count < kFan; ++i)
-      for (const std::uint32_t v : triangles[i].vertex)
-        if (scene_->vertices()[v] == at && corner.count < kFan)
-          corner.triangle[corner.count++] = first + i;
-  }
+  for (std::uint32_t i = 0; i < triangles.size(); ++i)
+    for (const std::uint32_t v : triangles[i].vertex) {
+      const Vec3 at = scene_->vertices()[v];
+      for (std::uint64_t k = 0; k < kCorners; ++k)
+        if (at == tip[k] && corners[k].count < kFan)
+          corners[k].triangle[corners[k].count++] = first + i;
+    }
   return corners;
 }
 

