@@ -31,9 +31,9 @@ cat <<END
 ## A forest
 
 The same paper's: 7,750 trees of 1,000 leaves each, 158 cells; \`SCENE=forest bash
-tests/bench/durand.sh\`. The hierarchy of occluders that the first cell of a worker needs counts; what
-it makes before any cell, to aim rays, is in the row below. The paper: 95.5 % culled, 23 seconds a
-cell.
+tests/bench/durand.sh\`. The hierarchy of occluders that the first cell of a worker needs counts;
+what it makes before any cell, to aim rays, is in the row below. The paper: 95.5 % culled,
+23 seconds a cell.
 
 END
 SCENE=forest bash tests/bench/durand.sh || missed=1
