@@ -6,7 +6,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+#include <cstddef>
 
 #include "common/geometry/box.hpp"
 
@@ -17,6 +17,11 @@ class Shaft {
  public:
   // Wider than the hull by `margin`, which is more than points are off by rounding.
   Shaft(const Box& from, const Box& to, double margin);
+
+  // lies_beyond[i] = 1: both ends of segment i lie beyond one side, so that it misses the shaft.
+  // `ends`: columns of the first ends' x, y, z and of the second ends'.
+  void find_beyond(const std::array<const double*, 6>& ends, std::size_t n,
+                   double* lies_beyond) const;
 
   // Whether the segment surely does not meet the shaft.
   bool misses(const Vec3& a, const Vec3& b) const {
@@ -37,6 +42,7 @@ class Shaft {
 
  private:
   // nu x_u + nv x_v <= most
+  static constexpr int kMostSides = 6;
   struct Side {
     int u, v;
     double nu, nv, most;
@@ -55,38 +61,8 @@ class Shaft {
   }
 
   Box around_;
-  std::array<Side, 6> sides_;
+  std::array<Side, kMostSides> sides_;
   int count_ = 0;
 };
-
-// Any direction gives a valid side, as far as both boxes reach along it: rounding of the direction
-// does no harm.
-inline Shaft::Shaft(const Box& from, const Box& to, double margin) : around_(from) {
-  around_.add(to);
-  around_.lo -= Vec3(margin);
-  around_.hi += Vec3(margin);
-  for (int axis = 0; axis < 3; ++axis) {
-    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-    for (int corner = 0; corner < 4 && count_ < 6; ++corner) {
-      const bool high_u = (corner & 1) != 0, high_v = (corner & 2) != 0;
-      const auto at = [&](const Box& box, int a, bool high) {
-        return high ? box.hi[a] : box.lo[a];
-      };
-      const double du = at(to, u, high_u) - at(from, u, high_u);
-      const double dv = at(to, v, high_v) - at(from, v, high_v);
-      // At right angles to the line between like corners, outwards for both.
-      const double su = high_u ? 1 : -1, sv = high_v ? 1 : -1;
-      double nu = su * std::abs(dv), nv = sv * std::abs(du);
-      if (!(nu != 0 && nv != 0) || ((du > 0) == (dv > 0)) != (high_u != high_v)) continue;
-      const double size = std::abs(nu) + std::abs(nv);
-      nu /= size;
-      nv /= size;
-      const auto reach = [&](const Box& box) {
-        return nu * at(box, u, nu > 0) + nv * at(box, v, nv > 0);
-      };
-      sides_[count_++] = {u, v, nu, nv, std::max(reach(from), reach(to)) + margin};
-    }
-  }
-}
 
 }  // namespace pvsfarm

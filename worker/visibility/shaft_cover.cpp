@@ -47,8 +47,9 @@ ShaftCover::Candidates ShaftCover::begin(const CellFrame& frame, const SurfaceCh
     boxes_.push_back({box.lo - Vec3(margin_), box.hi + Vec3(margin_)});
   }
   finder_.begin(chain);
-  edges_.resize(chain.edges.size());
-  for (std::uint32_t e = 0; e < edges_.size(); ++e) edges_[e] = e;
+  edges_.clear();
+  for (auto& column : ends_) column.clear();
+  for (std::uint32_t e = 0; e < chain.edges.size(); ++e) push_edge(e);
   triangles_.clear();
   for (std::uint32_t t = 0; t < chain.triangles.size(); ++t) triangles_.push_back({.triangle = t});
   return {0, edges_.size(), 0, triangles_.size()};
@@ -56,6 +57,7 @@ ShaftCover::Candidates ShaftCover::begin(const CellFrame& frame, const SurfaceCh
 
 void ShaftCover::drop_above(const Candidates& candidates) {
   edges_.resize(candidates.last_edge);
+  for (auto& column : ends_) column.resize(candidates.last_edge);
   triangles_.resize(candidates.last_triangle);
 }
 
@@ -84,13 +86,23 @@ bool ShaftCover::usable(const Ends& ends, std::uint32_t t) const {
   return keeps_off(ends.matter, t);
 }
 
-ShaftAnswer ShaftCover::ask(const Ends& ends, Candidates& candidates) {
+void ShaftCover::push_edge(std::uint32_t edge) {
+  edges_.push_back(edge);
+  for (int k = 0; k < 6; ++k)
+    ends_[k].push_back(chain_->vertices[chain_->edges[edge].vertex[k / 3]][k % 3]);
+}
+
+void ShaftCover::find_met(const Ends& ends, const Candidates& among) {
   const Shaft shaft(ends.eyes, ends.matter, margin_);
-  finder_.next();
-  work_ += candidates.last_edge - candidates.first_edge;
-  Candidates own{edges_.size(), 0, triangles_.size(), 0};
-  for (std::size_t i = candidates.first_edge; i < candidates.last_edge; ++i) {
-    const std::uint32_t e = edges_[i];
+  const std::size_t first = among.first_edge, count = among.last_edge - first;
+  work_ += count;
+  beyond_.resize(std::max(beyond_.size(), count));
+  std::array<const double*, 6> columns;
+  for (int k = 0; k < 6; ++k) columns[k] = ends_[k].data() + first;
+  shaft.find_beyond(columns, count, beyond_.data());
+  for (std::size_t i = 0; i < count; ++i) {
+    if (beyond_[i] != 0) continue;
+    const std::uint32_t e = edges_[first + i];
     const ChainEdge& edge = chain_->edges[e];
     // Eyes inside the cell and matter within its face: at an edge beyond the face lines may end,
     // at most.
@@ -98,8 +110,14 @@ ShaftAnswer ShaftCover::ask(const Ends& ends, Candidates& candidates) {
     if ((beyond & (ends.within | kBelowGround)) != 0) continue;
     if (shaft.misses(chain_->vertices[edge.vertex[0]], chain_->vertices[edge.vertex[1]])) continue;
     finder_.meet(e);
-    edges_.push_back(e);
+    push_edge(e);
   }
+}
+
+ShaftAnswer ShaftCover::ask(const Ends& ends, Candidates& candidates) {
+  finder_.next();
+  Candidates own{edges_.size(), 0, triangles_.size(), 0};
+  find_met(ends, candidates);
   own.last_edge = edges_.size();
   bool hidden = false;
   for (std::size_t i = candidates.first_triangle; i < candidates.last_triangle && !hidden; ++i) {

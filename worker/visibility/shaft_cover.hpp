@@ -7,6 +7,7 @@
 // and one segment crosses them an odd number of times.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -55,6 +56,8 @@ class ShaftCover {
     Vec3 normal;
     double offset, error;
   };
+  void push_edge(std::uint32_t edge);
+  void find_met(const Ends& ends, const Candidates& among);
   bool keeps_off(const Box& box, std::uint32_t triangle) const;
   bool in_front(const Box& box, std::uint32_t triangle) const;
   bool usable(const Ends& ends, std::uint32_t triangle) const;
@@ -66,7 +69,10 @@ class ShaftCover {
   std::uint64_t work_ = 0;
   std::vector<Plane> planes_;
   std::vector<Box> boxes_;
+  // A stack of edges, with their ends in columns.
   std::vector<std::uint32_t> edges_;
+  std::array<std::vector<double>, 6> ends_;
+  std::vector<double> beyond_;  // scratch
   std::vector<SheetFinder::Active> triangles_;
   std::vector<SheetFinder::Active> active_;
   std::vector<std::optional<bool>> crossings_;
