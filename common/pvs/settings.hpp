@@ -14,9 +14,9 @@ inline constexpr std::uint32_t kMaxHintViewpoints = 4096;
 
 enum class RasterKind : std::uint8_t { kDirect = 0, kOsmesa = 1 };
 
-inline constexpr Methods kDefaultMethods{Method::kAimedRays, Method::kProjection,
+inline constexpr Methods kDefaultMethods{Method::kAimedRays,      Method::kProjection,
                                          Method::kFineProjection, Method::kImproved,
-                                         Method::kSweep};
+                                         Method::kSweep,          Method::kShafts};
 
 // How one cell is evaluated. None of it can make a result unsound, only looser or slower.
 struct EvaluatorSettings {

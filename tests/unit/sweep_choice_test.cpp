@@ -12,8 +12,8 @@ namespace pvsfarm {
 namespace {
 
 constexpr Methods kWithSweep = kDefaultMethods;
-constexpr Methods kWithoutSweep =
-    Methods::from_bits(kDefaultMethods.bits() & ~Methods{Method::kSweep}.bits());
+constexpr Methods kWithoutSweep = Methods::from_bits(
+    kDefaultMethods.bits() & ~Methods{Method::kSweep, Method::kShafts}.bits());
 
 // Ticks whenever it is looked at, so that a method that had its turn took time.
 double ticks() {

@@ -306,7 +306,9 @@ void Evaluator::State::prove_all(const CellKey& key, const Cell& cell, Cascade& 
     prove(*surfaces, &ProjectionProver::run, Method::kSurfaces, cell, cascade, evidence);
     prove(*surfaces, &ProjectionProver::finish, Method::kSurfaces, cell, cascade, evidence);
   }
-  if (shafts && cascade.goes_on()) prove_by_shafts(cell, cascade, evidence);
+  // Leaves are loose: what nothing is as wide as the cell in has no surfaces to speak of.
+  if (shafts && (everything || !sweeps_first) && cascade.goes_on())
+    prove_by_shafts(cell, cascade, evidence);
   if (sweep && everything && !sweeps_first && cascade.goes_on())
     prove_by_sweep(cell, cascade, evidence);
 }
