@@ -68,6 +68,28 @@ TEST(Shaft, HoldsEverySegmentBetweenTheBoxes) {
   EXPECT_GT(missed, 5'000) << "it would hold everything";
 }
 
+TEST(Shaft, WhatLiesBeyondOneSideIsMissed) {
+  const Shaft shaft({{0, 0, 0}, {1, 1, 1}}, {{10, 9, 0}, {11, 10, 2}}, 1e-9);
+  Random random(5);
+  constexpr std::size_t kCount = 5'000;
+  std::array<std::vector<double>, 6> columns;
+  for (auto& column : columns)
+    for (std::size_t i = 0; i < kCount; ++i) column.push_back(random.between(-3, 14));
+  std::array<const double*, 6> ends;
+  for (int k = 0; k < 6; ++k) ends[k] = columns[k].data();
+  std::vector<double> beyond(kCount, -1);
+  shaft.find_beyond(ends, kCount, beyond.data());
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const Vec3 a{columns[0][i], columns[1][i], columns[2][i]};
+    const Vec3 b{columns[3][i], columns[4][i], columns[5][i]};
+    EXPECT_TRUE(beyond[i] == 0 || (beyond[i] == 1 && shaft.misses(a, b))) << i;
+    count += beyond[i] == 1 ? 1 : 0;
+  }
+  EXPECT_GT(count, kCount / 4);
+  EXPECT_LT(count, kCount);
+}
+
 TEST(Shaft, MissesWhatPassesByTheHullButNotByTheBoxAroundIt) {
   const Shaft shaft({{0, 0, 0}, {1, 1, 1}}, {{10, 10, 0}, {11, 11, 1}}, 1e-9);
   EXPECT_TRUE(shaft.misses({8, 1, 0.5}, {10, 3, 0.5}));
