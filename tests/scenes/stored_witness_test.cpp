@@ -75,10 +75,8 @@ class Judge {
     const StoredNode node = store_.node(index).value();
     const StoredSets stored = store_.sets(index).value();
     ASSERT_TRUE(stored.seen.subset_of(stored.visible)) << "cell " << index;
-    if (node.leaf && !node.key.is_root() &&
-        store_.node(index).value().reason == LeafReason::kMerged)
-      return;                // a union of cells that are not stored
-    if (!node.leaf) return;  // the unions of its leaves'
+    if (node.leaf && node.reason == LeafReason::kMerged) return;  // of cells that are not stored
+    if (!node.leaf) return;                                       // the unions of its leaves'
     VisibleSet parent = all_occludees(*scene_);
     for (const StoredNode& ancestor : ancestors_of(node))
       parent.remove_all(evaluator_.evaluate(ancestor.key, ancestor.cell, parent).hidden);

@@ -169,12 +169,15 @@ TEST(Explain, WithoutWitnessesTheSlitIsFoundAfterwards) {
 }
 
 // Two triangles that touch along their long sides let no line through, and cover no pixel there.
+// (To shafts the two are one wall.)
 TEST(Explain, ASeamIsOpenAndNamesItsTwoSides) {
   const Vec3 a{5, -40, -40}, b{5, 40, -40}, c{5, 40, 40}, d{5, -40, 40};
   const Asked scene({polygon_object("below", std::array{a, b, c}, Role::kOnlyOccludes),
                      polygon_object("above", std::array{a, c, d}, Role::kOnlyOccludes),
                      target("box", {{10, -1, -1}, {11, 1, 1}})});
-  const ExplainFinding finding = scene.about("box");
+  EvaluatorSettings planes;
+  planes.methods = {Method::kAimedRays, Method::kProjection, Method::kFineProjection};
+  const ExplainFinding finding = scene.about("box", planes);
   EXPECT_EQ(finding.verdict, Verdict::kOpen);
   EXPECT_TRUE(finding.visible.contains(scene.id("box")));
   ASSERT_EQ(finding.parts.size(), 1u);

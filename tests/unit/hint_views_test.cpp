@@ -104,8 +104,8 @@ TEST(HintViews, what_a_witness_saw_has_a_degree_although_no_sample_met_it) {
   SceneSource source = wall_with_slit();
   for (SourceObject* side : {&source.objects[0], &source.objects[1]})
     *side = plate(side == source.objects.data() ? "left" : "right",
-                  side == source.objects.data() ? Vec3{10, -200, -200} : Vec3{10, 0.001, -200},
-                  side == source.objects.data() ? Vec3{10.1, -0.001, 200} : Vec3{10.1, 200, 200});
+                  side == source.objects.data() ? Vec3{10, -200, -200} : Vec3{10, 0.01, -200},
+                  side == source.objects.data() ? Vec3{10.1, -0.01, 200} : Vec3{10.1, 200, 200});
   EvaluatorSettings settings = with_hints(1);
   settings.gap = 0;
   const Hinted hinted = look(source, settings);

@@ -54,6 +54,7 @@ class Sliced {
     const bool turned = setup_.face.axis == 1;
     const ProjectionPlane& plane = map_.plane();
     const double x = turned ? height : aside, y = turned ? aside : height;
+    EXPECT_LT(std::max(std::abs(x), std::abs(y)), -plane.x0) << "beyond the map";
     return depth(static_cast<int>((x - plane.x0) / plane.px),
                  static_cast<int>((y - plane.y0) / plane.py)) < kUncovered;
   }
@@ -263,8 +264,8 @@ TEST(Slice, of_a_hill_that_ends_where_all_objects_do_covers_what_is_in_the_earth
   EXPECT_EQ(Sliced(hills, {.face = {2, 1}}).count(), 0);
   // From below, it is the air that is out of sight.
   const Sliced below(hills, {.cell = Cell::aligned({{-1, -1, -9}, {1, 1, -7}})});
-  EXPECT_TRUE(below.covers(0, 5 + 8));
-  EXPECT_FALSE(below.covers(0, -1 + 8));
+  EXPECT_TRUE(below.covers(7.5, -0.5 + 8));
+  EXPECT_FALSE(below.covers(0, -0.5 + 8));
   // A sheet that ends within what may be seen hides nothing of it.
   for (Vec3& p : hills.vertices) p.x = std::min(p.x, 199.0);
   EXPECT_EQ(Sliced(hills).solids(), 0u);
