@@ -1,0 +1,18 @@
+#!/usr/bin/env bash
+# Runs the tests of the fault table and makes docs/reliability.md of what they say: for every row of
+# docs/faults.json the figure reached beside the figure asked. Full counts, an hour or more:
+#   bash docs/make_reliability.sh
+# Only some tests, with the counts of a plain run (rows that were not run keep their last figures):
+#   QUICK=1 bash docs/make_reliability.sh -R journal
+# Arguments go to ctest. Exits 0 only if every test passed.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+figures=$PWD/build/release/figures.jsonl
+rm -f "$figures"
+status=0
+[ -n "${QUICK:-}" ] || export PVSFARM_FULL=1
+PVSFARM_FIGURES=$figures ctest --test-dir build/release -L '^farm$' --output-on-failure "$@" ||
+  status=$?
+python3 docs/reliability_page.py docs/faults.json docs/reliability.jsonl "$figures" > docs/reliability.md.new
+mv docs/reliability.md.new docs/reliability.md
+exit "$status"

@@ -1,0 +1,51 @@
+#!/usr/bin/env python3
+"""Makes docs/reliability.md: reliability_page.py FAULTS.json KEPT.jsonl NEW.jsonl
+
+FAULTS are the rows of the table, NEW what the tests said just now, KEPT what they said last. A row
+of which NEW says something takes all of its figures from there; KEPT is written anew.
+"""
+import json
+import os
+import sys
+
+
+def lines(path):
+    if not os.path.exists(path):
+        return []
+    with open(path, encoding="utf-8") as file:
+        return [json.loads(line) for line in file]
+
+
+def main(faults_path, kept_path, new_path):
+    with open(faults_path, encoding="utf-8") as file:
+        faults = json.load(file)
+    new = lines(new_path)
+    told = {figure["row"] for figure in new}
+    figures = [f for f in lines(kept_path) if f["row"] not in told] + new
+    figures.sort(key=lambda figure: (figure["row"], figure["what"]))
+    with open(kept_path, "w", encoding="utf-8") as file:
+        for figure in figures:
+            file.write(json.dumps(figure) + "\n")
+
+    print("# Reliability\n")
+    print("The faults that a farm must survive, and what the tests of each reached. Made by\n"
+          "`bash docs/make_reliability.sh`; no figure is typed by hand. *Golden* is the store that one\n"
+          "worker makes without faults; *identical* means equal to it byte for byte.\n")
+    print("| # | fault | asked | reached | counts |\n|---|---|---|---|---|")
+    missing = []
+    for fault in faults:
+        mine = [f for f in figures if f["row"] == fault["row"]]
+        if not mine:
+            missing.append(fault["row"])
+        reached = "<br>".join(
+            f'{"" if f["held"] else "**missed** "}{f["what"]}: {f["reached"]} (asked {f["asked"]})'
+            for f in mine)
+        counts = "" if not mine else "full" if all(f["full"] for f in mine) else "reduced"
+        print(f'| {fault["row"]} | {fault["fault"]} | {fault["asked"]} | '
+              f'{reached or "not run here"} | {counts} |')
+    if missing:
+        print(f'\nWithout a figure yet: rows {", ".join(map(str, missing))}.')
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
