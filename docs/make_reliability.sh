@@ -13,6 +13,7 @@ status=0
 [ -n "${QUICK:-}" ] || export PVSFARM_FULL=1
 PVSFARM_FIGURES=$figures ctest --test-dir build/release -L '^farm$' --output-on-failure "$@" ||
   status=$?
-python3 docs/reliability_page.py docs/faults.json docs/reliability.jsonl "$figures" > docs/reliability.md.new
-mv docs/reliability.md.new docs/reliability.md
+page=docs/reliability.md.new
+python3 docs/reliability_page.py docs/faults.json docs/reliability.jsonl "$figures" > "$page"
+mv "$page" docs/reliability.md
 exit "$status"

@@ -1,4 +1,4 @@
-#include "fault_figures.hpp"
+#include "tests/support/fault_figures.hpp"
 
 #include <cstdlib>
 #include <fstream>
