@@ -2,6 +2,7 @@
 # Installs what deploy/apt-packages.txt lists and this machine lacks. Does nothing, and needs no
 # rights, when everything is there.
 #   bash deploy/install.sh            what building, running and testing need
+#   bash deploy/install.sh --farm     also the engines that the tests of deploy/ run a farm on
 #   bash deploy/install.sh --charts   also what draws charts: build/charts/node_modules/.bin/vl2svg,
 #                                     from the npm packages of deploy/charts/, pinned
 set -euo pipefail
@@ -42,6 +43,18 @@ install_charts() {
   cp "$here/charts/package-lock.json" "$place/installed.json"
 }
 
-mapfile -t packages < <(grep -vE '^\s*(#|$)' "$here/apt-packages.txt")
-install_packages "${packages[@]}"
-[ "${1:-}" != --charts ] || install_charts
+install_list() {
+  local packages
+  mapfile -t packages < <(grep -vE '^\s*(#|$)' "$here/$1")
+  install_packages "${packages[@]}"
+}
+
+install_list apt-packages.txt
+case ${1:-} in
+  --charts) install_charts ;;
+  --farm)
+    install_list farm-packages.txt
+    # One from elsewhere is as good, and Debian's package would not install beside it.
+    command -v kubectl > /dev/null || install_packages kubernetes-client
+    ;;
+esac
