@@ -98,7 +98,8 @@ wait_for 60 coordinator_done || fail "the coordinator's job did not complete"
 faults="slurmctld killed $killed_ctld, slurmd killed $killed_slurmd, links cut $cuts times"
 record 25 "store after $faults" identical "$(identical "$out")"
 summary() { sed -n "s/.*\"$1\":\([0-9]*\).*/\1/p" "$run/coordinator.log" | tail -n 1; }
-record 25 "cells given up or answered differently" 0 $(($(summary quarantined) + $(summary disagreements)))
+bad=$(($(summary quarantined) + $(summary disagreements)))
+record 25 "cells given up or answered differently" 0 "$bad"
 record 24 "Slurm workers that left with 0 of $drained by scancel or time limit" "$drained" \
   "$(cat "$run"/worker-*.log | grep -cE 'ended with 0 \((cancelled|limit)\)')"
 exit "$missed"
