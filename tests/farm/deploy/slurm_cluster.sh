@@ -88,9 +88,9 @@ SlurmdTimeout=10
 KillWait=28
 MinJobAge=3600
 SlurmdParameters=config_overrides
-NodeName=DEFAULT NodeHostname=$(hostname) CPUs=3 RealMemory=12000 State=UNKNOWN
-NodeName=n1 NodeAddr=${node_ip[n1]} Port=17001
-NodeName=n2 NodeAddr=${node_ip[n2]} Port=17002
+NodeName=DEFAULT CPUs=3 RealMemory=12000 State=UNKNOWN
+NodeName=n1 NodeHostname=$(hostname) NodeAddr=${node_ip[n1]} Port=17001
+NodeName=n2 NodeHostname=$(hostname) NodeAddr=${node_ip[n2]} Port=17002
 PartitionName=all Nodes=n1,n2 Default=YES MaxTime=INFINITE State=UP
 END
   undo+=(end_cluster)
