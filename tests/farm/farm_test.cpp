@@ -4,80 +4,28 @@
 #include <nlohmann/json.hpp>
 
 #include "common/wire/socket.hpp"
-#include "tests/farm/process.hpp"
+#include "tests/farm/farm_fixture.hpp"
 
 namespace pvsfarm {
 namespace {
 
 namespace fs = std::filesystem;
 
-const std::string kPvsfarm = PVSFARM_BIN_DIR "/pvsfarm";
-const std::string kWorker = PVSFARM_BIN_DIR "/pvsfarm-worker";
-
-std::optional<StatusReport> ask_status(const std::string& endpoint_file) {
-  const auto endpoint = read_file(endpoint_file);
-  if (!endpoint) return std::nullopt;
-  auto dealer = Dealer::connect(endpoint->substr(0, endpoint->find('\n')));
-  if (!dealer) return std::nullopt;
-  (*dealer)->send({}, StatusGet{});
-  const auto end = TestClock::now() + std::chrono::milliseconds(500);
-  while (TestClock::now() < end) {
-    if (const auto received = (*dealer)->receive())
-      return received->decoded ? std::optional(std::get<StatusReport>(received->decoded->message))
-                               : std::nullopt;
-    (*dealer)->wait(std::chrono::milliseconds(20));
-  }
-  return std::nullopt;
-}
-
-// A small city, and its store as one undisturbed worker makes it: the golden bytes.
-class FarmTest : public testing::Test {
+class FarmTest : public FarmFixture {
  protected:
-  static void SetUpTestSuite() {
-    std::string pattern = testing::TempDir() + "farm-XXXXXX";
-    suite_ = mkdtemp(pattern.data());
-    Process generate({kPvsfarm, "generate", "city", "--blocks", "2", "--cell-size", "4", "-o",
-                      suite_ + "/city.obj"},
-                     suite_ + "/generate");
-    ASSERT_EQ(generate.wait(), 0) << generate.err();
-    Process bake(bake_command(suite_ + "/golden.pvs", {"--workers", "1"}), suite_ + "/golden");
-    ASSERT_EQ(bake.wait(), 0) << bake.err();
-    golden_ = read_file(suite_ + "/golden.pvs").value();
-  }
-  static void TearDownTestSuite() { fs::remove_all(suite_); }
-
-  void SetUp() override {
-    std::string pattern = suite_ + "/t-XXXXXX";
-    folder_ = mkdtemp(pattern.data());
-    setenv("TMPDIR", folder_.c_str(), 1);
-    out_ = folder_ + "/city.pvs";
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  static std::vector<std::string> with_scene(std::vector<std::string> command,
-                                             const std::string& out,
-                                             const std::vector<std::string>& more) {
-    for (const char* word : {"--cells", "/city.cells.json", "--tags", "/city.tags.json"})
-      command.push_back(*word == '/' ? suite_ + word : word);
-    const std::vector<std::string> rest{suite_ + "/city.obj", "-o",   out,          "--json",
-                                        "--budget",           "2000", "--min-cell", "1.5"};
-    command.insert(command.end(), rest.begin(), rest.end());
-    command.insert(command.end(), more.begin(), more.end());
-    return command;
-  }
-  static std::vector<std::string> bake_command(const std::string& out,
-                                               const std::vector<std::string>& more = {}) {
-    return with_scene({kPvsfarm, "bake"}, out, more);
-  }
   std::vector<std::string> coordinate_command() const {
-    return with_scene({kPvsfarm, "coordinate", "--bind", endpoint()}, out_, {});
+    return with_scene({kPvsfarm, "coordinate", "--bind", ipc()}, out_);
   }
-  std::string endpoint() const { return "ipc://" + folder_ + "/farm"; }
-  std::string log(const std::string& name) const { return folder_ + "/" + name; }
+  std::string ipc() const { return "ipc://" + folder_ + "/farm"; }
 
+  // Of the coordinator that works on out_.
+  std::optional<StatusReport> status_of_out() const {
+    const auto text = read_file(out_ + ".endpoint");
+    return text ? ask_status(text->substr(0, text->find('\n'))) : std::nullopt;
+  }
   bool reaches(std::uint64_t cells) const {
     return wait_until(60, [&] {
-      const auto status = ask_status(out_ + ".endpoint");
+      const auto status = status_of_out();
       return status && status->cells_done >= cells;
     });
   }
@@ -90,11 +38,7 @@ class FarmTest : public testing::Test {
     return count;
   }
   bool journal_exists() const { return fs::exists(out_ + ".journal"); }
-
-  static std::string suite_, golden_;
-  std::string folder_, out_;
 };
-std::string FarmTest::suite_, FarmTest::golden_;
 
 }  // namespace
 
@@ -160,7 +104,7 @@ TEST_F(FarmTest, what_is_baked_already_is_not_baked_again) {
 TEST_F(FarmTest, a_killed_worker_costs_its_lease_only) {
   Process bake(bake_command(out_), log("bake"));
   ASSERT_TRUE(reaches(60));
-  const auto status = ask_status(out_ + ".endpoint");
+  const auto status = status_of_out();
   ASSERT_TRUE(status && !status->workers.empty());
   kill(static_cast<int>(status->workers[0].pid), SIGKILL);
   ASSERT_EQ(bake.wait(), 0) << bake.err();
@@ -237,7 +181,7 @@ TEST_F(FarmTest, a_worker_that_never_saw_the_scene_fetches_it) {
     if (entry.path().filename().string().rfind("pvsfarm-", 0) == 0)
       removed += fs::remove(entry.path() / "scene") ? 1 : 0;
   ASSERT_EQ(removed, 1u);
-  Process worker({kWorker, "--connect", endpoint(), "--cache", folder_ + "/cache"}, log("worker"));
+  Process worker({kWorker, "--connect", ipc(), "--cache", folder_ + "/cache"}, log("worker"));
   ASSERT_EQ(coordinate.wait(), 0) << coordinate.err();
   EXPECT_EQ(worker.wait(10), 0) << worker.err();  // told that it is over
   expect_golden();
@@ -251,7 +195,7 @@ TEST_F(FarmTest, a_worker_with_another_kernel_is_rejected_within_a_second) {
   Process coordinate(coordinate_command(), log("coordinate"));
   ASSERT_TRUE(wait_until(60, [&] { return fs::exists(out_ + ".endpoint"); }));
   const auto start = TestClock::now();
-  auto dealer = Dealer::connect(endpoint()).value();
+  auto dealer = Dealer::connect(ipc()).value();
   Hello hello;
   hello.kernel.algorithm_version = kAlgorithmVersion + 1;
   dealer->send({}, hello);
@@ -267,8 +211,8 @@ TEST_F(FarmTest, a_worker_with_another_kernel_is_rejected_within_a_second) {
 }
 
 TEST_F(FarmTest, a_rejected_worker_asks_not_to_be_started_again) {
-  const auto router = Router::bind(endpoint()).value();
-  Process worker({kWorker, "--connect", endpoint()}, log("worker"));
+  const auto router = Router::bind(ipc()).value();
+  Process worker({kWorker, "--connect", ipc()}, log("worker"));
   std::optional<Received> hello;
   ASSERT_TRUE(wait_until(20, [&] { return (hello = router->receive()).has_value(); }));
   router->send(hello->peer, {.epoch = 1}, Reject{RejectCode::kKernel, "this one and that one"});
@@ -277,17 +221,17 @@ TEST_F(FarmTest, a_rejected_worker_asks_not_to_be_started_again) {
 }
 
 TEST_F(FarmTest, a_worker_without_a_coordinator_leaves_and_may_be_started_again) {
-  Process worker({kWorker, "--connect", endpoint(), "--max-idle", "0.3"}, log("worker"));
+  Process worker({kWorker, "--connect", ipc(), "--max-idle", "0.3"}, log("worker"));
   EXPECT_EQ(worker.wait(10), 75) << worker.err();
 }
 
 TEST_F(FarmTest, sigterm_lets_a_worker_finish_and_another_takes_over) {
   Process coordinate(coordinate_command(), log("coordinate"));
-  Process first({kWorker, "--connect", endpoint(), "--cache", log("cache")}, log("one"));
+  Process first({kWorker, "--connect", ipc(), "--cache", log("cache")}, log("one"));
   ASSERT_TRUE(reaches(20));
   first.send(SIGTERM);
   EXPECT_EQ(first.wait(25), 0) << first.err();
-  Process second({kWorker, "--connect", endpoint(), "--cache", log("cache")}, log("two"));
+  Process second({kWorker, "--connect", ipc(), "--cache", log("cache")}, log("two"));
   ASSERT_EQ(coordinate.wait(), 0) << coordinate.err();
   EXPECT_EQ(coordinate.err().find("lost"), std::string::npos) << coordinate.err();
   expect_golden();
