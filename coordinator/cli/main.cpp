@@ -26,7 +26,7 @@ constexpr const char* kFooter =
     "(TOML, a table a command), else the default.\n"
     "Exit codes: 0 ok, 1 command line, 2 I/O, 3 invalid input, 4 run time, 5 not supported,\n"
     "6 result incomplete (quarantined cells), 7 something declared hidden was seen,\n"
-    "130 interrupted.\n"
+    "75 the disk failed under the journal, 130 interrupted.\n"
     "Examples:\n"
     "  pvsfarm inspect city.pvs\n"
     "  pvsfarm query city.pvs --at 12,3,1.7\n"

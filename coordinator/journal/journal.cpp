@@ -1,19 +1,17 @@
 #include "coordinator/journal/journal.hpp"
 
-#include <sqlite3.h>
-#include <unistd.h>
-
+#include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cstring>
 
+#include "coordinator/journal/database.hpp"
+#include "coordinator/journal/journal_file.hpp"
 #include "coordinator/journal/row_bytes.hpp"
 
 namespace pvsfarm {
 namespace {
 
-constexpr int kApplicationId = 0x5056534a;  // "PVSJ"
-constexpr int kFormatVersion = 3;
+constexpr int kCheckpointFrames = 1000;  // pages in the -wal file before they go to the main one
 
 // SQLite compares blobs as bytes: this makes its order that of CellKey.
 using KeyBytes = std::array<std::uint8_t, 13>;
@@ -26,159 +24,115 @@ KeyBytes key_bytes(const CellKey& key) {
   return out;
 }
 
-std::optional<CellKey> key_from(const std::uint8_t* bytes, int count) {
-  if (count != 13 || bytes[12] > 62) return std::nullopt;
+std::optional<CellKey> key_from(std::span<const std::byte> bytes) {
+  const auto at = [&](std::size_t i) { return std::to_integer<std::uint8_t>(bytes[i]); };
+  if (bytes.size() != 13 || at(12) > 62) return std::nullopt;
   CellKey key{0, 0};
-  for (int i = 0; i < 4; ++i) key.root = key.root << 8 | bytes[i];
-  for (int i = 0; i < 8; ++i) key.path = key.path << 8 | bytes[4 + i];
-  key.path >>= 63 - bytes[12];
-  if (key.path == 0 || key.depth() != bytes[12]) return std::nullopt;
+  for (std::size_t i = 0; i < 4; ++i) key.root = key.root << 8 | at(i);
+  for (std::size_t i = 4; i < 12; ++i) key.path = key.path << 8 | at(i);
+  key.path >>= 63 - at(12);
+  if (key.path == 0 || key.depth() != at(12)) return std::nullopt;
   return key;
 }
-
-struct Statement {
-  sqlite3_stmt* handle = nullptr;
-  Statement() = default;
-  Statement(const Statement&) = delete;
-  ~Statement() { sqlite3_finalize(handle); }
-};
-
-// A prepared statement is put back whatever happens between.
-struct Use {
-  sqlite3_stmt* handle;
-  explicit Use(const Statement& s) : handle(s.handle) {}
-  ~Use() {
-    sqlite3_reset(handle);
-    sqlite3_clear_bindings(handle);
-  }
-};
 
 constexpr const char* kSchema =
     "CREATE TABLE meta(name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;"
     "CREATE TABLE results(key BLOB PRIMARY KEY, digest BLOB NOT NULL, hidden BLOB NOT NULL,"
     " seen BLOB NOT NULL, point_triangles INTEGER NOT NULL, statistics BLOB NOT NULL,"
     " hints BLOB NOT NULL);";
+constexpr const char* kSetMeta = "INSERT OR REPLACE INTO meta VALUES(?,?)";
+
+struct PendingRow {
+  KeyBytes key;
+  Digest digest;
+  ResultRow row;
+};
+
+Status write_meta(Database& db, const Statement& set_meta, const std::string& name,
+                  const std::string& value) {
+  Use use(set_meta);
+  use.bind(1, name);
+  use.bind(2, value);
+  return db.step(set_meta);
+}
+
+// An empty journal of the bake, as the bytes of its file.
+Result<std::vector<std::byte>> empty_journal(const std::string& path,
+                                             const JournalBinding& binding) {
+  Database db;
+  if (Status s = db.open_in_memory(path); !s) return s.error();
+  const std::string pragmas = "PRAGMA application_id=" + std::to_string(kJournalId) +
+                              ";PRAGMA user_version=" + std::to_string(kJournalFormat) + ";";
+  if (Status s = db.run((pragmas + kSchema).c_str()); !s) return s.error();
+  Statement set_meta;
+  if (Status s = db.prepare(set_meta, kSetMeta); !s) return s.error();
+  if (Status s = write_meta(db, set_meta, "bake", binding.bake.hex()); !s) return s.error();
+  if (Status s = write_meta(db, set_meta, "settings", binding.settings); !s) return s.error();
+  return db.image();
+}
 
 }  // namespace
 
 struct Journal::State {
-  std::string path;
-  sqlite3* db = nullptr;
-  Statement begin_all, commit_all, insert, find, select, set_meta, get_meta;
-  std::size_t uncommitted = 0;
-  std::uint64_t rows = 0;
+  Database db;
+  Statement begin_all, commit_all, roll_back, insert, find, select, set_meta, get_meta;
+  std::vector<PendingRow> pending;
+  std::string pending_kernel;
+  std::uint64_t committed = 0;
+  int checkpoint_at = kCheckpointFrames;
+  bool settled = true;  // what was found is known to be on the disk
+  bool written = false;
+  bool full = false;
+  bool failed = false;  // nothing more may be written
 
-  void close() {
-    for (Statement* s : {&begin_all, &commit_all, &insert, &find, &select, &set_meta, &get_meta}) {
-      sqlite3_finalize(s->handle);
-      s->handle = nullptr;
-    }
-    sqlite3_close(db);
-    db = nullptr;
+  ~State() { close(written && !failed); }
+  void close(bool tidy) {
+    for (Statement* s :
+         {&begin_all, &commit_all, &roll_back, &insert, &find, &select, &set_meta, &get_meta})
+      s->finalize();
+    db.close(tidy);
   }
-  ~State() { close(); }
 
-  Error error() const {
-    const int code = sqlite3_errcode(db);
-    if (code == SQLITE_NOTADB || code == SQLITE_CORRUPT)
-      return invalid_input(path +
-                           ": damaged, or not a journal of pvsfarm; move it away, or give "
-                           "--fresh to discard it");
-    if (code == SQLITE_BUSY || code == SQLITE_LOCKED)
-      return io_error(path + ": in use: another pvsfarm bakes to this output");
-    std::string text = path + ": " + sqlite3_errmsg(db);
-    if (const int number = sqlite3_system_errno(db); number != 0)
-      text += std::string(" (") + std::strerror(number) + ")";
-    return io_error(std::move(text));
-  }
-  Status run(const char* sql) {
-    if (sqlite3_exec(db, sql, nullptr, nullptr, nullptr) != SQLITE_OK) return error();
-    return {};
-  }
-  Result<int> pragma(const char* sql) {
-    Statement s;
-    if (sqlite3_prepare_v2(db, sql, -1, &s.handle, nullptr) != SQLITE_OK) return error();
-    if (sqlite3_step(s.handle) != SQLITE_ROW) return error();
-    return sqlite3_column_int(s.handle, 0);
-  }
-  Status prepare(Statement& s, const char* sql) {
-    if (sqlite3_prepare_v3(db, sql, -1, SQLITE_PREPARE_PERSISTENT, &s.handle, nullptr) != SQLITE_OK)
-      return error();
-    return {};
-  }
-  Status begin() {
-    if (sqlite3_get_autocommit(db) == 0) return {};
-    return step(begin_all);
-  }
-  Status step(const Statement& statement) {
-    Use use(statement);
-    if (sqlite3_step(use.handle) != SQLITE_DONE) return error();
-    return {};
-  }
-  Result<std::string> meta(const char* name) const {
+  Result<std::string> meta(const std::string& name) {
     Use use(get_meta);
-    sqlite3_bind_text(use.handle, 1, name, -1, SQLITE_STATIC);
+    use.bind(1, name);
     const int code = sqlite3_step(use.handle);
     if (code == SQLITE_DONE) return std::string();
-    if (code != SQLITE_ROW) return error();
+    if (code != SQLITE_ROW) return db.error();
     return std::string(reinterpret_cast<const char*>(sqlite3_column_text(use.handle, 0)));
   }
-  Status write_meta(const char* name, const std::string& value) {
-    Use use(set_meta);
-    sqlite3_bind_text(use.handle, 1, name, -1, SQLITE_STATIC);
-    sqlite3_bind_text(use.handle, 2, value.c_str(), -1, SQLITE_STATIC);
-    if (sqlite3_step(use.handle) != SQLITE_DONE) return error();
-    return {};
-  }
 
-  Status open();
-  Status make(const JournalBinding& binding);
+  Status prepare_all();
   Status check(const JournalBinding& binding);
+  Status write(const PendingRow& waiting);
+  Status write_pending();
+  Status settle();
+  Status make_durable();
+  Status after(const Status& outcome);
 };
 
-// Nothing is written before the file is known to be a journal, or new.
-Status Journal::State::open() {
-  if (sqlite3_open_v2(path.c_str(), &db, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, nullptr) !=
-      SQLITE_OK)
-    return error();
-  sqlite3_busy_timeout(db, 0);
-  if (Status s = run("PRAGMA locking_mode=EXCLUSIVE"); !s) return s;
-  const Result<int> id = pragma("PRAGMA application_id");
-  if (!id) return id.error();
-  const Result<int> tables = pragma("SELECT count(*) FROM sqlite_master");
-  if (!tables) return tables.error();
-  if (*tables != 0 && *id != kApplicationId)
-    return invalid_input(path +
-                         ": a database of another program; move it away, or give --fresh to "
-                         "discard it");
-  if (Status s = run("PRAGMA journal_mode=WAL"); !s) return s;
-  if (Status s = run("PRAGMA synchronous=FULL"); !s) return s;
-  return run("BEGIN EXCLUSIVE; COMMIT");  // taken now, held until close
-}
-
-Status Journal::State::make(const JournalBinding& binding) {
-  const std::string pragmas = "PRAGMA application_id=" + std::to_string(kApplicationId) +
-                              ";PRAGMA user_version=" + std::to_string(kFormatVersion) + ";";
-  if (Status s = run(("BEGIN;" + pragmas + kSchema).c_str()); !s) return s;
-  if (Status s = prepare(set_meta, "INSERT OR REPLACE INTO meta VALUES(?,?)"); !s) return s;
-  if (Status s = write_meta("bake", binding.bake.hex()); !s) return s;
-  if (Status s = write_meta("settings", binding.settings); !s) return s;
-  return run("COMMIT");
+Status Journal::State::prepare_all() {
+  const std::pair<Statement*, const char*> statements[] = {
+      {&begin_all, "BEGIN IMMEDIATE"},
+      {&commit_all, "COMMIT"},
+      {&roll_back, "ROLLBACK"},
+      {&insert, "INSERT INTO results VALUES(?,?,?,?,?,?,?)"},
+      {&find, "SELECT digest FROM results WHERE key=?"},
+      {&select,
+       "SELECT key,digest,hidden,seen,point_triangles,statistics,hints FROM results ORDER BY key"},
+      {&set_meta, kSetMeta},
+      {&get_meta, "SELECT value FROM meta WHERE name=?"}};
+  for (const auto& [statement, sql] : statements)
+    if (Status s = db.prepare(*statement, sql); !s) return s;
+  return {};
 }
 
 Status Journal::State::check(const JournalBinding& binding) {
-  const Result<int> version = pragma("PRAGMA user_version");
-  if (!version) return version.error();
-  if (*version != kFormatVersion)
-    return invalid_input(path + ": a journal of format " + std::to_string(*version) +
-                         ", this program writes " + std::to_string(kFormatVersion) +
-                         "; finish the bake with the program that began it, or give --fresh");
-  if (Status s = prepare(get_meta, "SELECT value FROM meta WHERE name=?"); !s) return s;
   const Result<std::string> bake = meta("bake");
   if (!bake) return bake.error();
   if (*bake == binding.bake.hex()) return {};
   const Result<std::string> settings = meta("settings");
-  std::string text = path + ": the journal of another bake";
+  std::string text = db.path() + ": the journal of another bake";
   if (settings && *settings != binding.settings)
     text += " (its settings: " + *settings + "; asked for: " + binding.settings + ")";
   else
@@ -191,93 +145,138 @@ Journal::~Journal() = default;
 
 Result<std::unique_ptr<Journal>> Journal::open(const std::string& path,
                                                const JournalBinding& binding) {
-  auto state = std::make_unique<State>();
-  state->path = path;
-  if (Status s = state->open(); !s) return s.error();
-  const Result<int> tables = state->pragma("SELECT count(*) FROM sqlite_master");
-  if (!tables) return tables.error();
-  const Status bound = *tables == 0 ? state->make(binding) : state->check(binding);
-  if (!bound) return bound.error();
-  const std::pair<Statement*, const char*> statements[] = {
-      {&state->begin_all, "BEGIN IMMEDIATE"},
-      {&state->commit_all, "COMMIT"},
-      {&state->insert, "INSERT INTO results VALUES(?,?,?,?,?,?,?)"},
-      {&state->find, "SELECT digest FROM results WHERE key=?"},
-      {&state->select,
-       "SELECT key,digest,hidden,seen,point_triangles,statistics,hints FROM results ORDER BY key"},
-      {&state->set_meta, "INSERT OR REPLACE INTO meta VALUES(?,?)"},
-      {&state->get_meta, "SELECT value FROM meta WHERE name=?"}};
-  for (const auto& [statement, sql] : statements) {
-    if (statement->handle != nullptr) continue;
-    if (Status s = state->prepare(*statement, sql); !s) return s.error();
+  if (!file_exists(path)) {
+    Result<std::vector<std::byte>> image = empty_journal(path, binding);
+    if (!image) return image.error();
+    if (Status s = make_journal_file(path, *image); !s) return s.error();
   }
-  const Result<int> rows = state->pragma("SELECT count(*) FROM results");
+  if (Status s = check_journal_file(path); !s) return s.error();
+  auto state = std::make_unique<State>();
+  if (Status s = state->db.open(path); !s) return s.error();
+  if (Status s = state->prepare_all(); !s) return s.error();
+  if (Status s = state->check(binding); !s) {
+    remove_empty_wal(path);  // of our own making: the file is ours as long as it is open
+    return s.error();
+  }
+  const Result<std::int64_t> rows = state->db.number("SELECT count(*) FROM results");
   if (!rows) return rows.error();
-  state->rows = static_cast<std::uint64_t>(*rows);
+  state->committed = static_cast<std::uint64_t>(*rows);
+  state->settled = !has_wal(path);
   return std::unique_ptr<Journal>(new Journal(std::move(state)));
 }
 
 Status Journal::discard(const std::string& path) {
-  for (const char* suffix : {"", "-wal", "-shm"})
-    if (unlink((path + suffix).c_str()) != 0 && errno != ENOENT)
-      return io_error(path + suffix + ": cannot remove: " + std::strerror(errno));
-  return {};
+  Database db;  // until the files are gone nobody else may begin with them
+  if (check_journal_file(path).ok())
+    if (Status s = db.open(path); !s && s.error().kind == ErrorKind::kIo) return s;
+  return remove_journal_files(path);
 }
 
 Result<std::optional<Digest>> Journal::find(const CellKey& key) {
-  Use use(state_->find);
   const KeyBytes bytes = key_bytes(key);
-  sqlite3_bind_blob(use.handle, 1, bytes.data(), bytes.size(), SQLITE_STATIC);
+  for (const PendingRow& pending : state_->pending)
+    if (pending.key == bytes) return std::optional<Digest>(pending.digest);
+  Use use(state_->find);
+  use.bind(1, std::as_bytes(std::span(bytes)));
   const int code = sqlite3_step(use.handle);
   if (code == SQLITE_DONE) return std::optional<Digest>();
-  if (code != SQLITE_ROW) return state_->error();
   Digest digest;
-  if (sqlite3_column_bytes(use.handle, 0) != 32)
-    return invalid_input(state_->path + ": damaged row; give --fresh to discard the journal");
+  if (code != SQLITE_ROW || sqlite3_column_bytes(use.handle, 0) != 32)
+    return Error{kDiskFailed,
+                 code != SQLITE_ROW ? state_->db.error().text : state_->db.damaged().text};
   std::memcpy(digest.bytes.data(), sqlite3_column_blob(use.handle, 0), 32);
   return std::optional<Digest>(digest);
 }
 
 Status Journal::append(const ResultRow& row) {
-  if (Status s = state_->begin(); !s) return s;
-  Use use(state_->insert);
-  const KeyBytes key = key_bytes(row.key);
-  const Digest digest = delta_digest(row);
-  const std::vector<std::byte> statistics = encode(row.statistics);
-  const auto bind = [&](int column, std::span<const std::byte> blob) {
-    // SQLite takes a null pointer for NULL, not for an empty blob.
-    const void* first = blob.empty() ? "" : static_cast<const void*>(blob.data());
-    sqlite3_bind_blob64(use.handle, column, first, blob.size(), SQLITE_STATIC);
-  };
-  bind(1, std::as_bytes(std::span(key)));
-  bind(2, std::as_bytes(std::span(digest.bytes)));
-  bind(3, row.hidden);
-  bind(4, row.seen);
-  sqlite3_bind_int64(use.handle, 5, static_cast<sqlite3_int64>(row.point_triangles));
-  bind(6, statistics);
-  bind(7, row.hints);
-  if (sqlite3_step(use.handle) != SQLITE_DONE) return state_->error();
-  ++state_->uncommitted;
-  ++state_->rows;
+  state_->pending.push_back({key_bytes(row.key), delta_digest(row), row});
   return {};
 }
-
-std::size_t Journal::uncommitted() const { return state_->uncommitted; }
-std::uint64_t Journal::row_count() const { return state_->rows; }
-
-Status Journal::commit() {
-  if (sqlite3_get_autocommit(state_->db) != 0) return {};
-  if (Status s = state_->step(state_->commit_all); !s) return s;
-  state_->uncommitted = 0;
-  return {};
-}
-
-Result<std::string> Journal::kernel() const { return state_->meta("kernel"); }
 
 Status Journal::set_kernel(const std::string& kernel) {
-  if (Status s = state_->begin(); !s) return s;
-  if (Status s = state_->write_meta("kernel", kernel); !s) return s;
-  return commit();
+  state_->pending_kernel = kernel;
+  return {};
+}
+
+std::size_t Journal::uncommitted() const {
+  return state_->pending.size() + (state_->settled ? 0 : state_->committed);
+}
+std::uint64_t Journal::row_count() const { return state_->committed + state_->pending.size(); }
+bool Journal::disk_full() const { return state_->full; }
+
+Status Journal::State::write(const PendingRow& waiting) {
+  Use use(insert);
+  const std::vector<std::byte> statistics = encode(waiting.row.statistics);
+  use.bind(1, std::as_bytes(std::span(waiting.key)));
+  use.bind(2, std::as_bytes(std::span(waiting.digest.bytes)));
+  use.bind(3, waiting.row.hidden);
+  use.bind(4, waiting.row.seen);
+  sqlite3_bind_int64(use.handle, 5, static_cast<sqlite3_int64>(waiting.row.point_triangles));
+  use.bind(6, statistics);
+  use.bind(7, waiting.row.hints);
+  return db.step(insert);
+}
+
+Status Journal::State::write_pending() {
+  if (Status s = db.step(begin_all); !s) return s;
+  if (!pending_kernel.empty())
+    if (Status s = write_meta(db, set_meta, "kernel", pending_kernel); !s) return s;
+  for (const PendingRow& row : pending)
+    if (Status s = write(row); !s) return s;
+  return db.step(commit_all);
+}
+
+// What an earlier process wrote may be in the system's memory only, or be there although its sync
+// failed; copied into the main file and synced it is on the disk.
+Status Journal::State::settle() {
+  if (Status s = db.checkpoint(Database::Checkpoint::kTruncate); !s) return s;
+  if (Status s = sync_folder_of(db.path()); !s) return s;
+  settled = true;
+  return {};
+}
+
+Status Journal::State::make_durable() {
+  const bool nothing = pending.empty() && pending_kernel.empty();
+  if (settled && nothing) return {};
+  written = true;
+  if (!settled)
+    if (Status s = settle(); !s) return s;
+  if (nothing) return {};
+  // Neighbours together: fewer pages of the index are touched.
+  std::ranges::sort(pending, {}, &PendingRow::key);
+  if (Status s = write_pending(); !s) return s;
+  committed += pending.size();
+  pending.clear();
+  pending_kernel.clear();
+  return {};
+}
+
+Status Journal::State::after(const Status& outcome) {
+  full = !outcome && db.disk_full();
+  if (outcome) return {};
+  // SQLite may have rolled back already.
+  const bool rolled_back = !db.in_transaction() || db.step(roll_back);
+  if (full && rolled_back) return {};
+  failed = true;
+  return Error{kDiskFailed, outcome.error().text +
+                                "; nothing that was acknowledged is lost: mend the disk, and the "
+                                "same command goes on from there"};
+}
+
+Status Journal::commit() {
+  State& state = *state_;
+  if (Status s = state.after(state.make_durable()); !s || state.full) return s;
+  if (state.db.wal_frames() < state.checkpoint_at) return {};
+  // A full disk has room for the -wal file to grow, or the next commit finds out.
+  const Status copied = state.after(state.db.checkpoint(Database::Checkpoint::kReuse));
+  state.checkpoint_at = state.full ? state.db.wal_frames() + kCheckpointFrames : kCheckpointFrames;
+  state.full = false;
+  return copied;
+}
+
+Result<std::string> Journal::kernel() const {
+  if (!state_->pending_kernel.empty()) return state_->pending_kernel;
+  return state_->meta("kernel");
 }
 
 Status Journal::for_each(const std::function<Status(ResultRow)>& visit) const {
@@ -285,7 +284,7 @@ Status Journal::for_each(const std::function<Status(ResultRow)>& visit) const {
   for (;;) {
     const int code = sqlite3_step(use.handle);
     if (code == SQLITE_DONE) return {};
-    if (code != SQLITE_ROW) return state_->error();
+    if (code != SQLITE_ROW) return state_->db.error();
     const auto blob = [&](int column) {
       const auto* first = static_cast<const std::byte*>(sqlite3_column_blob(use.handle, column));
       return std::span(first, static_cast<std::size_t>(sqlite3_column_bytes(use.handle, column)));
@@ -293,22 +292,21 @@ Status Journal::for_each(const std::function<Status(ResultRow)>& visit) const {
     const auto copy = [&](int column) {
       return std::vector<std::byte>(blob(column).begin(), blob(column).end());
     };
-    const auto key = key_from(reinterpret_cast<const std::uint8_t*>(blob(0).data()),
-                              sqlite3_column_bytes(use.handle, 0));
+    const auto key = key_from(blob(0));
     const auto points = static_cast<std::uint64_t>(sqlite3_column_int64(use.handle, 4));
     ResultRow row{key.value_or(CellKey{}), copy(2), copy(3), points, {}, copy(6)};
     const auto digest = blob(1);
     if (!key || digest.size() != 32 ||
         std::memcmp(delta_digest(row).bytes.data(), digest.data(), 32) != 0 ||
         !decode_statistics(blob(5), row.statistics))
-      return invalid_input(state_->path + ": damaged row; give --fresh to discard the journal");
+      return state_->db.damaged();
     if (Status s = visit(std::move(row)); !s) return s;
   }
 }
 
 Status Journal::remove() {
-  state_->close();
-  return discard(state_->path);
+  state_->close(false);
+  return remove_journal_files(state_->db.path());
 }
 
 }  // namespace pvsfarm

@@ -2,7 +2,9 @@
 // nothing that it acknowledged.
 //
 // Shape: WAL, synchronous=FULL, one exclusive connection. Rows of one bake only: scene, cells,
-// settings and algorithm are bound by a digest, and another bake's journal is refused untouched.
+// settings and algorithm are bound by a digest. A file that is refused is not written to, and
+// neither is one that is taken before the first commit(). Appended rows wait in memory, so that a
+// commit that found the disk full can be repeated.
 // Threads: one.
 #pragma once
 
@@ -25,7 +27,8 @@ class Journal : public ResultLog {
   // process), kInvalidInput (not a journal, damaged, of another bake), each with the way out.
   static Result<std::unique_ptr<Journal>> open(const std::string& path,
                                                const JournalBinding& binding);
-  // Removes a journal whatever it holds. No file is no error.
+  // Removes a journal whatever it holds. No file is no error. Errors: kIo; also if a process has
+  // it.
   static Status discard(const std::string& path);
 
   ~Journal() override;
@@ -34,13 +37,15 @@ class Journal : public ResultLog {
   Status append(const ResultRow& row) override;
   std::size_t uncommitted() const override;
   Status commit() override;
+  bool disk_full() const override;
 
   // The kernel whose results the journal holds; "" before the first worker.
   Result<std::string> kernel() const;
   Status set_kernel(const std::string& kernel) override;
 
-  std::uint64_t row_count() const;
-  // Every committed and uncommitted row in CellKey order, until `visit` fails.
+  std::uint64_t row_count() const;  // with those that were not committed
+  // Every committed row in CellKey order, until `visit` fails. Errors: kIo, kInvalidInput
+  // (damaged).
   Status for_each(const std::function<Status(ResultRow)>& visit) const;
 
   // Closes and removes the file: its results are in the store.

@@ -26,6 +26,11 @@ struct ResultRow {
 // our own bytes, never of Protobuf's.
 Digest delta_digest(const ResultRow& row);
 
+// The disk failed under a running bake: nothing more may be acknowledged, and what was is safe, so
+// whoever started the coordinator should start it again. The number of EX_TEMPFAIL.
+inline constexpr ErrorKind kDiskFailed{75};
+
+// Errors: kDiskFailed, from whichever call finds out; no further call then.
 class ResultLog {
  public:
   virtual ~ResultLog() = default;
@@ -33,11 +38,14 @@ class ResultLog {
   virtual Result<std::optional<Digest>> find(const CellKey& key) = 0;
   // Requires: no row of the cell yet. Durable only after commit().
   virtual Status append(const ResultRow& row) = 0;
+  // Rows that a crash of the machine may still take, those that an earlier process wrote included.
   virtual std::size_t uncommitted() const = 0;
-  // The kernel that all rows come from. Durable at once.
+  // The kernel that all rows come from. Durable with the first of them.
   virtual Status set_kernel(const std::string& /*kernel*/) { return {}; }
-  // After success every row appended so far survives a crash of the machine.
+  // After success every row appended so far survives a crash of the machine; unless the disk is
+  // full: then all stays as it was, to be tried again.
   virtual Status commit() = 0;
+  virtual bool disk_full() const { return false; }  // at the last commit()
 };
 
 }  // namespace pvsfarm

@@ -43,10 +43,8 @@ Result<MergeAnswer> Merger::merge_open(const ResultRow& row, bool append) {
     return invalid_input("hints that do not fit their cell's set");
   const Result<Tree::Merged> merged = tree_.merge(*delta);
   if (!merged) return merged.error();
-  if (append) {
-    if (Status status = log_.append(row); !status)
-      return Error{ErrorKind::kIo, status.error().text};
-  }
+  if (append)
+    if (Status status = log_.append(row); !status) return status.error();
   return MergeAnswer{MergeOutcome::kMerged, merged->split(), merged->visible.count(),
                      merged->triangles};
 }

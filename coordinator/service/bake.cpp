@@ -113,7 +113,8 @@ Status resume(Running& running) {
   Result<std::string> kernel = running.journal->kernel();
   if (!kernel) return kernel.error();
   running.kernel = std::move(kernel).value();
-  return {};
+  // Before any of them is acknowledged again.
+  return running.journal->commit();
 }
 
 // To the store as it is on the disk. While they are not there, the journal is.

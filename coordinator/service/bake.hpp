@@ -37,8 +37,9 @@ struct BakeSummary {
 Status check_output(const std::string& output);
 
 // Requires: SIGINT, SIGTERM and SIGCHLD are this function's while it runs.
-// Errors: kIo (output, journal), kInvalidInput (another bake's journal), kRuntime (no worker left),
-// kInterrupted (Ctrl-C, drain, cancel: the journal stays).
+// Errors: kIo (output, journal), kDiskFailed (the journal while the bake runs), kInvalidInput
+// (another bake's journal), kRuntime (no worker left), kInterrupted (Ctrl-C, drain, cancel). The
+// journal stays.
 Result<BakeSummary> bake(BakeJob job, const FarmOptions& farm, const FarmObserver& observer);
 
 // Where a running coordinator of this output listens. Errors: kRuntime if there is none.

@@ -18,6 +18,7 @@ class BakeWork : public Work {
   std::string give_up(const CellKey& key) override;
   std::size_t uncommitted() const override { return log_.uncommitted(); }
   Status commit() override { return log_.commit(); }
+  bool disk_full() const override { return log_.disk_full(); }
   Status keep_kernel(const std::string& kernel) override { return log_.set_kernel(kernel); }
   WorkProgress progress(Millis now) override;
   std::string name_of(const CellKey& key) const override;

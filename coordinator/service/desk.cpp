@@ -235,7 +235,9 @@ void Desk::on_blob_get(const std::string& peer, const BlobGet& get) {
 }
 
 Status Desk::hand_out(const std::string& peer, Session& session, Millis now) {
-  if (!leasing_ || !session.ready || now - session.heard > settings_.limits.suspect) return {};
+  if (!leasing_ || work_.disk_full() || !session.ready ||
+      now - session.heard > settings_.limits.suspect)
+    return {};
   const auto together = [&](const CellKey& first, const CellKey& next) {
     return work_.together(first, next);
   };
@@ -249,11 +251,27 @@ Status Desk::hand_out(const std::string& peer, Session& session, Millis now) {
   return {};
 }
 
+// While the disk is full, nothing is begun or acknowledged, and workers keep what they have: they
+// are only told that we live.
+Status Desk::commit(Millis now) {
+  const bool was_full = work_.disk_full();
+  if (was_full && now < commit_again_) return {};
+  if (Status status = work_.commit(); !status) return status;
+  commit_again_ = now + settings_.limits.disk_full_retry;
+  if (was_full && !work_.disk_full())
+    for (const auto& [peer, session] : sessions_) hungry_.insert(peer);
+  if (work_.disk_full() != was_full)
+    warn(was_full ? "the disk has room again: going on"
+                  : "the disk is full: no cell is begun or acknowledged until there is room for "
+                    "the journal beside the output; free some, nothing is lost");
+  return {};
+}
+
 Status Desk::commit_if_due(Millis now) {
   const std::size_t rows = work_.uncommitted();
   if (rows > 0 && (rows >= settings_.limits.commit_rows || board_.idle() ||
                    now - oldest_uncommitted_ >= settings_.limits.commit_delay)) {
-    if (Status status = work_.commit(); !status) return status;
+    if (Status status = commit(now); !status) return status;
   }
   if (work_.uncommitted() > 0) return {};
   for (PendingAck& ack : std::exchange(acks_, {})) reply(ack.peer, ack.ack);
@@ -298,7 +316,7 @@ Status Desk::tick(Millis now) {
   if (settings_.deadline && now >= *settings_.deadline && !cut_off_at_) cut_off(now);
   open_more();
   if (Status status = commit_if_due(now); !status) return status;
-  while (leasing_ && board_.pending_count() > 0 && !hungry_.empty()) {
+  while (leasing_ && !work_.disk_full() && board_.pending_count() > 0 && !hungry_.empty()) {
     const std::string peer = *hungry_.begin();
     hungry_.erase(hungry_.begin());
     if (Status status = hand_out(peer, sessions_.at(peer), now); !status) return status;
@@ -312,7 +330,9 @@ Millis Desk::next_wake(Millis now) const {
   Millis next = now + settings_.limits.heartbeat / 2;
   if (settings_.deadline && now < *settings_.deadline) next = std::min(next, *settings_.deadline);
   if (cut_off_at_) next = std::min(next, *cut_off_at_);
-  if (work_.uncommitted() > 0)
+  if (work_.disk_full())
+    next = std::min(next, commit_again_);
+  else if (work_.uncommitted() > 0)
     next = std::min(next, oldest_uncommitted_ + settings_.limits.commit_delay);
   return next;
 }

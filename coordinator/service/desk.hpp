@@ -28,6 +28,7 @@ struct DeskLimits {
   Millis cut_off{500};      // after the deadline: for what is on its way
   Millis commit_delay{20};  // of the oldest result that waits for its commit
   std::size_t commit_rows = 64;
+  Millis disk_full_retry{4'000};
   std::size_t sessions = 4096;
   std::size_t incoming_bytes = 512u << 20;  // of all results on their way in
   BoardLimits board;
@@ -125,6 +126,7 @@ class Desk {
   void open_more();
   void cut_off(Millis now);
   Status commit_if_due(Millis now);
+  Status commit(Millis now);
   void look_after_sessions(Millis now);
 
   DeskSettings settings_;
@@ -140,6 +142,7 @@ class Desk {
   std::vector<std::string> warnings_;
   std::string last_error_;
   Millis start_{}, oldest_uncommitted_{};
+  Millis commit_again_{};  // not before that, while the disk is full
   std::optional<Millis> cut_off_at_;  // the deadline has passed
   Millis ticked_{};
   std::size_t incoming_bytes_ = 0;

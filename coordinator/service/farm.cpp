@@ -3,6 +3,7 @@
 #include <random>
 
 #include "common/base/file.hpp"
+#include "coordinator/journal/result_log.hpp"
 #include "coordinator/service/farm_loop.hpp"
 
 namespace pvsfarm {
@@ -64,6 +65,11 @@ Status run_farm(const FarmJob& job, Work& work, const PrivateFolder& folder,
 
   FarmLoop loop(**router, desk, work, local ? &workers : nullptr, signals, observer, start);
   const Status status = loop.run();
+  if (!status && status.error().kind == kDiskFailed) {
+    // No good-bye: workers elsewhere keep their results for the coordinator that is started again.
+    workers.kill_all();
+    return status;
+  }
   say_good_bye(**router, desk, loop);
   figures = {desk.pinned_kernel(), desk.sessions_seen()};
   return status;

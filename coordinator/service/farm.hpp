@@ -46,7 +46,7 @@ struct FarmFigures {
 // Requires: SIGINT, SIGTERM and SIGCHLD are this function's while it runs; folder.scene_path()
 // holds the scene's bundle.
 // Errors: those of the work; kIo (endpoint); kRuntime (no worker left); kInterrupted (Ctrl-C,
-// drain, cancel). `figures` holds in each case.
+// drain, cancel). `figures` holds but after kDiskFailed, which returns at once, without a good-bye.
 Status run_farm(const FarmJob& job, Work& work, const PrivateFolder& folder,
                 const FarmOptions& options, const FarmObserver& observer, FarmFigures& figures);
 

@@ -97,6 +97,15 @@ std::size_t LocalWorkers::running() const {
   return count;
 }
 
+void LocalWorkers::kill_all() {
+  for (Slot& slot : slots_) {
+    if (slot.pid == 0) continue;
+    kill(slot.pid, SIGKILL);
+    waitpid(slot.pid, nullptr, 0);
+    slot.pid = 0;
+  }
+}
+
 LocalWorkers::~LocalWorkers() {
   const auto give_up_at = Clock::now() + kGrace;
   for (const Slot& slot : slots_)

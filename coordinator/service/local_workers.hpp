@@ -38,6 +38,7 @@ class LocalWorkers {
   };
   Result<std::vector<Ended>> look_after(std::uint64_t cells_done, Clock::time_point now);
   std::size_t running() const;
+  void kill_all();  // at once; nothing more is to be called
 
  private:
   struct Slot {

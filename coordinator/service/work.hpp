@@ -62,6 +62,8 @@ class Work {
   // Results are acknowledged once they are durable.
   virtual std::size_t uncommitted() const { return 0; }
   virtual Status commit() { return {}; }
+  // The last commit() found no room for them: nothing more is to be begun until one succeeds.
+  virtual bool disk_full() const { return false; }
   // The kernel of the first worker, before any of its results is taken.
   virtual Status keep_kernel(const std::string& /*kernel*/) { return {}; }
 

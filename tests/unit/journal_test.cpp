@@ -179,11 +179,33 @@ TEST_F(JournalTest, a_folder_that_is_missing_is_an_io_error_naming_it) {
   EXPECT_NE(refused.error().text.find("/no/such/"), std::string::npos);
 }
 
+TEST_F(JournalTest, a_removed_journal_leaves_nothing_behind) {
+  auto journal = Journal::open(path_, bake("a")).value();
+  ASSERT_TRUE(journal->append(row({0, 1}, 1)).ok());
+  ASSERT_TRUE(journal->commit().ok());
+  EXPECT_TRUE(journal->remove().ok());
+  journal.reset();
+  EXPECT_TRUE(std::filesystem::is_empty(folder_));
+}
+
+TEST_F(JournalTest, a_journal_that_another_process_has_is_not_discarded) {
+  auto journal = Journal::open(path_, bake("a")).value();
+  ASSERT_TRUE(journal->append(row({0, 1}, 1)).ok());
+  ASSERT_TRUE(journal->commit().ok());
+  const Status discarded = Journal::discard(path_);
+  ASSERT_FALSE(discarded.ok());
+  EXPECT_NE(discarded.error().text.find("in use"), std::string::npos);
+  journal.reset();
+  EXPECT_EQ(Journal::open(path_, bake("a")).value()->row_count(), 1u);
+}
+
 TEST_F(JournalTest, the_kernel_is_remembered) {
   {
     auto journal = Journal::open(path_, bake("a")).value();
     EXPECT_EQ(journal->kernel().value(), "");
     ASSERT_TRUE(journal->set_kernel("algorithm 1, Mesa 22.3.6").ok());
+    EXPECT_EQ(journal->kernel().value(), "algorithm 1, Mesa 22.3.6");
+    ASSERT_TRUE(journal->commit().ok());
   }
   EXPECT_EQ(Journal::open(path_, bake("a")).value()->kernel().value(), "algorithm 1, Mesa 22.3.6");
 }
