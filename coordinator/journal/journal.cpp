@@ -11,7 +11,7 @@
 namespace pvsfarm {
 namespace {
 
-constexpr int kCheckpointFrames = 1000;  // pages in the -wal file before they go to the main one
+constexpr int kCheckpointPages = 1000;
 
 // SQLite compares blobs as bytes: this makes its order that of CellKey.
 using KeyBytes = std::array<std::uint8_t, 13>;
@@ -79,7 +79,7 @@ struct Journal::State {
   std::vector<PendingRow> pending;
   std::string pending_kernel;
   std::uint64_t committed = 0;
-  int checkpoint_at = kCheckpointFrames;
+  int checkpoint_every = kCheckpointPages, checkpoint_at = kCheckpointPages;
   bool settled = true;  // what was found is known to be on the disk
   bool written = false;
   bool full = false;
@@ -203,6 +203,9 @@ std::size_t Journal::uncommitted() const {
 }
 std::uint64_t Journal::row_count() const { return state_->committed + state_->pending.size(); }
 bool Journal::disk_full() const { return state_->full; }
+void Journal::checkpoint_every(int pages) {
+  state_->checkpoint_every = state_->checkpoint_at = pages;
+}
 
 Status Journal::State::write(const PendingRow& waiting) {
   Use use(insert);
@@ -269,7 +272,7 @@ Status Journal::commit() {
   if (state.db.wal_frames() < state.checkpoint_at) return {};
   // A full disk has room for the -wal file to grow, or the next commit finds out.
   const Status copied = state.after(state.db.checkpoint(Database::Checkpoint::kReuse));
-  state.checkpoint_at = state.full ? state.db.wal_frames() + kCheckpointFrames : kCheckpointFrames;
+  state.checkpoint_at = state.checkpoint_every + (state.full ? state.db.wal_frames() : 0);
   state.full = false;
   return copied;
 }

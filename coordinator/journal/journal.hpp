@@ -39,6 +39,9 @@ class Journal : public ResultLog {
   Status commit() override;
   bool disk_full() const override;
 
+  // Pages that the -wal file holds before they go to the main one; tests take few.
+  void checkpoint_every(int pages);
+
   // The kernel whose results the journal holds; "" before the first worker.
   Result<std::string> kernel() const;
   Status set_kernel(const std::string& kernel) override;

@@ -188,6 +188,23 @@ TEST_F(JournalTest, a_removed_journal_leaves_nothing_behind) {
   EXPECT_TRUE(std::filesystem::is_empty(folder_));
 }
 
+// A crash may leave it, where its journal was discarded.
+TEST_F(JournalTest, what_a_discarded_journal_left_behind_is_not_read_as_the_next_ones) {
+  const std::string wal = path_ + "-wal", kept = folder_ + "/kept";
+  {
+    auto journal = Journal::open(path_, bake("a")).value();
+    ASSERT_TRUE(journal->append(row({0, 1}, 1)).ok());
+    ASSERT_TRUE(journal->commit().ok());
+    std::filesystem::copy(wal, kept);
+  }
+  ASSERT_GT(std::filesystem::file_size(kept), 0u);
+  std::filesystem::remove(path_);
+  std::filesystem::rename(kept, wal);
+  const auto journal = Journal::open(path_, bake("b"));
+  ASSERT_TRUE(journal.ok()) << journal.error().text;
+  EXPECT_EQ((*journal)->row_count(), 0u);
+}
+
 TEST_F(JournalTest, a_journal_that_another_process_has_is_not_discarded) {
   auto journal = Journal::open(path_, bake("a")).value();
   ASSERT_TRUE(journal->append(row({0, 1}, 1)).ok());
