@@ -37,7 +37,8 @@ void draw(const CellFrame& frame, const LocalOccluders& occluders, OccluderScree
           OcclusionMap& map, Results& results) {
   CoverageList coverages;
   std::array<Piece, 2> pieces;
-  for (const std::uint32_t i : screen.pass(map.plane(), 0, 0)) {
+  for (const OccluderScreen::Passed& one : screen.pass(map.plane(), 0, 0)) {
+    const std::uint32_t i = one.index;
     results.passed.add_u64(i);
     const int count = make_pieces(occluders, occluders.list[i], map.plane(), 0, pieces);
     for (int p = 0; p < count; ++p)

@@ -1,6 +1,9 @@
 #include "worker/evaluator/occludee_hierarchy.hpp"
 
 #include <algorithm>
+#include <bit>
+
+#include "common/base/check.hpp"
 
 namespace pvsfarm {
 namespace {
@@ -12,38 +15,49 @@ void push_open(const BvhNode& node, const VisibleSet& open, std::vector<ObjectId
 
 }  // namespace
 
-// The rule on one map.
-PlaneAnswer HierarchyTest::ask(std::size_t map, const Box& local_box) {
-  ++box_tests_;
-  const Group& group = groups_[group_of_[map]];
-  if (!placed_.test(group_of_[map])) {
-    placed_.set(group_of_[map]);
-    groups_[group_of_[map]].planes.place(local_box);
+// The rule on maps of one group, in their order; `useful` loses those found futile.
+bool HierarchyTest::hidden_on(std::size_t group_index, std::uint16_t asked, const Box& local_box,
+                              MapMask& useful) {
+  Group& group = groups_[group_index];
+  if ((placed_ >> group_index & 1) == 0) {
+    placed_ |= 1u << group_index;
+    group.planes.place(local_box);
   }
-  const PlaneAnswer answer = group.planes.answer(map - group.first);
-  improved_.reset();
-  if (answer != PlaneAnswer::kUnknown || rule_ != BoxRule::kImproved) return answer;
-  ++improved_tests_;
-  improved_ = improved_test(maps_[map], local_box);
-  if (!improved_) return answer;
-  improved_helped_ = true;
-  return PlaneAnswer::kHidden;
+  unsigned futile = asked & group.planes.futile();
+  for (unsigned rest = asked & group.planes.falls(); rest != 0; rest &= rest - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(rest));
+    const PlaneAnswer answer = group.planes.answer_of_pixels(k);
+    improved_.reset();
+    if (answer == PlaneAnswer::kFutile) futile |= 1u << k;
+    if (answer == PlaneAnswer::kUnknown && rule_ == BoxRule::kImproved &&
+        group.planes.before_plane(k)) {
+      ++improved_tests_;
+      improved_ = improved_test(maps_[group.first + k], local_box);
+      improved_helped_ = improved_helped_ || improved_;
+    }
+    if (answer != PlaneAnswer::kHidden && !improved_) continue;
+    hidden_by_ = group.first + k;
+    hidden_by_group_ = group_index;
+    box_tests_ += static_cast<std::uint32_t>(std::popcount(asked & ((2u << k) - 1)));
+    return true;
+  }
+  box_tests_ += static_cast<std::uint32_t>(std::popcount(unsigned{asked}));
+  useful.groups[group_index] &= static_cast<std::uint16_t>(~futile);
+  return false;
 }
 
 // The rule on every map that is not yet known to be futile; `useful` loses those found futile.
 // What hid the box before this one, its neighbour, often hides this one too: it is asked first.
 bool HierarchyTest::hidden(const Box& local_box, MapMask& useful) {
-  placed_.reset();
-  const std::size_t likely = hidden_by_;
-  if (useful.test(likely) && ask(likely, local_box) == PlaneAnswer::kHidden) return true;
-  for (std::size_t m = useful._Find_first(); m < maps_.size(); m = useful._Find_next(m)) {
-    if (m == likely) continue;
-    const PlaneAnswer answer = ask(m, local_box);
-    if (answer == PlaneAnswer::kHidden) {
-      hidden_by_ = m;
-      return true;
-    }
-    if (answer == PlaneAnswer::kFutile) useful.reset(m);
+  placed_ = 0;
+  const std::size_t first_group = hidden_by_group_;
+  const auto likely = static_cast<std::uint16_t>(useful.groups[first_group] &
+                                                 (1u << (hidden_by_ - groups_[first_group].first)));
+  if (likely != 0 && hidden_on(first_group, likely, local_box, useful)) return true;
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    const auto asked = static_cast<std::uint16_t>(g == first_group ? useful.groups[g] & ~likely
+                                                                   : useful.groups[g]);
+    if (asked != 0 && hidden_on(g, asked, local_box, useful)) return true;
   }
   return false;
 }
@@ -83,7 +97,7 @@ bool HierarchyTest::object_hidden(ObjectId id, MapMask useful) {
     if (noting_) watched_->parts.push_back({local_box, hidden_by_, 1, improved_});
     return true;
   }
-  if (splits_ == 0 || useful.none()) return false;
+  if (splits_ == 0 || !useful.any()) return false;
   triangle_boxes_.clear();
   push_triangles(id);
   return halves_hidden(local_box, {0, triangle_boxes_.size()}, useful, splits_ - 1);
@@ -155,7 +169,7 @@ void HierarchyTest::visit(std::uint32_t index, MapMask useful, VisibleSet& open)
     open.remove_range(node.first, node.count);
     return;
   }
-  if (useful.none()) return;  // no plane can hide any part of what is in here
+  if (!useful.any()) return;  // no plane can hide any part of what is in here
   if (node.child != 0) {
     visit(node.child, useful, open);
     visit(node.child + 1, useful, open);
@@ -180,14 +194,15 @@ void HierarchyTest::run(VisibleSet& open, int splits) {
   splits_ = splits;
   triangles_left_ = kTrianglesARun;
   MapMask all;
-  for (std::size_t m = 0; m < maps_.size(); ++m) all.set(m);
   groups_.clear();
-  group_of_.clear();
-  for (std::size_t m = 0; m < maps_.size(); m = group_of_.size()) {
+  for (std::size_t m = 0; m < maps_.size();) {
+    PVS_CHECK(groups_.size() < kMaxMapGroups);
     const std::size_t count = groups_.emplace_back(Group{.first = m}).planes.set(maps_.subspan(m));
-    group_of_.resize(m + count, groups_.size() - 1);
+    all.groups[groups_.size() - 1] = static_cast<std::uint16_t>((1u << count) - 1);
+    m += count;
   }
-  hidden_by_ = 0;
+  if (groups_.empty()) return;
+  hidden_by_ = hidden_by_group_ = 0;
   visit(0, all, open);
 }
 

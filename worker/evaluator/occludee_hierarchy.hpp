@@ -3,7 +3,9 @@
 // Source: Durand 2000, 2.4 and 6.1; theory A.3 (Rules P and S), A.9 (futility), A.10 (improved).
 #pragma once
 
-#include <bitset>
+#include <algorithm>
+#include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -16,7 +18,17 @@
 namespace pvsfarm {
 
 inline constexpr int kMaxMaps = 96;  // six faces, sixteen planes each
-using MapMask = std::bitset<kMaxMaps>;
+// Maps of one face that follow each other are asked together; twice as many faces if some have more
+// maps than are asked at once.
+inline constexpr std::size_t kMaxMapGroups = 12;
+
+// A bit a map, by group.
+struct MapMask {
+  std::array<std::uint16_t, kMaxMapGroups> groups{};
+  bool any() const {
+    return std::any_of(groups.begin(), groups.end(), [](std::uint16_t g) { return g != 0; });
+  }
+};
 
 // How a box is tested against one map.
 enum class BoxRule : std::uint8_t {
@@ -49,7 +61,7 @@ class HierarchyTest {
     BoxOnPlanes planes;
     std::size_t first = 0;  // into maps_
   };
-  PlaneAnswer ask(std::size_t map, const Box& local_box);
+  bool hidden_on(std::size_t group, std::uint16_t asked, const Box& local_box, MapMask& useful);
   bool hidden(const Box& local_box, MapMask& useful);
   struct Range {
     std::size_t first, end;
@@ -67,11 +79,11 @@ class HierarchyTest {
   std::span<const OcclusionMap> maps_;
   BoxRule rule_;
   std::vector<Group> groups_;
-  std::vector<std::size_t> group_of_;  // by map
-  MapMask placed_;                     // groups that have placed the box being tested
+  unsigned placed_ = 0;  // a bit a group: it has placed the box being tested
   Evidence* watched_ = nullptr;
-  bool noting_ = false;                // the box being tested is of the watched object
-  std::size_t hidden_by_ = 0;          // the map of the last box found hidden,
+  bool noting_ = false;        // the box being tested is of the watched object
+  std::size_t hidden_by_ = 0;  // the map of the last box found hidden, its group,
+  std::size_t hidden_by_group_ = 0;
   std::optional<PlaneRect> improved_;  // and where on it, if not by rule P
   std::vector<Box> triangle_boxes_;    // of the object being tested, a stack; local frame
   // [limit] Of a run. Forests would spend their time on leaves.

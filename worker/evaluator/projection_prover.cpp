@@ -40,7 +40,7 @@ void ProjectionProver::find_wanted(const CellFrame& frame, const VisibleSet& ope
 void ProjectionProver::project_from(const CellFrame& frame, std::size_t from,
                                     const WantedTiles* wanted, CellStatistics& statistics) {
   for (std::size_t m = 0; m < map_count_; ++m) {
-    OcclusionMap& map = maps_[m];
+    OcclusionMap& map = maps_of_[aimed_][m];
     const std::size_t side = planes_[m].resolution_px;
     if (from == 0) {
       StageScope stage(stages_, Stage::kReset);
@@ -61,7 +61,7 @@ bool ProjectionProver::draw_from(const CellFrame& frame, std::size_t from, Occlu
                                  CellStatistics& statistics) {
   if (!effort_.pieces) return false;
   StageScope screen(stages_, Stage::kScreen);
-  const std::span<const std::uint32_t> passed = screen_.pass(map.plane(), effort_.near_m, from);
+  const auto passed = screen_.pass(map.plane(), effort_.near_m, from);
   screen.did(screen_.size() - from);
   const std::size_t batch = effort_.raster == RasterKind::kDirect ? kBatch : passed.size();
   bool drawn = false;
@@ -70,9 +70,11 @@ bool ProjectionProver::draw_from(const CellFrame& frame, std::size_t from, Occlu
     {
       StageScope stage(stages_, Stage::kProject);
       std::array<Piece, 2> pieces;
-      for (const std::uint32_t i : passed.subspan(first, std::min(batch, passed.size() - first))) {
-        const int count =
-            make_pieces(occluders_, occluders_.list[i], map.plane(), effort_.near_m, pieces);
+      for (const OccluderScreen::Passed& one :
+           passed.subspan(first, std::min(batch, passed.size() - first))) {
+        if (map.tiles_need_nothing(one.pixels, one.depth)) continue;
+        const LocalOccluder& occluder = occluders_.list[one.index];
+        const int count = make_pieces(occluders_, occluder, map.plane(), effort_.near_m, pieces);
         for (int p = 0; p < count; ++p)
           project(pieces[p], map.plane(), frame.offset_scale(), coverages_, &map);
       }
@@ -98,10 +100,10 @@ void ProjectionProver::draw_surfaces(const Cell& cell, const CellFrame& frame,
   for (std::size_t m = 0; m < map_count_; ++m) {
     TileMask wanted;
     open.for_each([&](ObjectId id) {
-      add_wanted(maps_[m], frame.local_around_world(scene_.object(id).box), wanted);
+      add_wanted(maps_of_[aimed_][m], frame.local_around_world(scene_.object(id).box), wanted);
     });
-    statistics.projections += cover_.draw(chain_, frame, wanted, maps_[m]);
-    maps_[m].build_pyramids();
+    statistics.projections += cover_.draw(chain_, frame, wanted, maps_of_[aimed_][m]);
+    maps_of_[aimed_][m].build_pyramids();
   }
 }
 
@@ -143,10 +145,12 @@ void ProjectionProver::drop_hidden(const VisibleSet& visible, CellStatistics& st
 
 // Takes a map for each; it is emptied when it is drawn, so that it stays in the cache meanwhile.
 void ProjectionProver::begin_maps(std::vector<ProjectionPlane> planes, CellStatistics& statistics) {
+  // Maps of one size are emptied where they were drawn on alone: each size keeps its own.
+  aimed_ = !planes.empty() && planes[0].resolution_px == effort_.resolution_px ? 1 : 0;
   planes_ = std::move(planes);
   tried_.insert(tried_.end(), planes_.begin(), planes_.end());
   map_count_ = planes_.size();
-  if (maps_.size() < map_count_) maps_.resize(map_count_);
+  if (maps_of_[aimed_].size() < map_count_) maps_of_[aimed_].resize(map_count_);
   statistics.planes += static_cast<std::uint32_t>(map_count_);
 }
 

@@ -3,6 +3,7 @@
 // Source: Durand 2000, with the corrections of docs/algorithm.md.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -73,9 +74,11 @@ class ProjectionProver {
   std::uint32_t improved_tests() const { return improved_tests_; }
 
   // The maps of the last run or refinement, as they were at its end.
-  std::span<const OcclusionMap> maps() const { return std::span(maps_).first(map_count_); }
+  std::span<const OcclusionMap> maps() const {
+    return std::span(maps_of_[aimed_]).first(map_count_);
+  }
   // To be drawn on by others, in pixels that keep the promise of the map.
-  std::span<OcclusionMap> maps() { return std::span(maps_).first(map_count_); }
+  std::span<OcclusionMap> maps() { return std::span(maps_of_[aimed_]).first(map_count_); }
 
  private:
   double ground_depth(const CellFrame& frame, const Cell& cell) const;
@@ -107,7 +110,8 @@ class ProjectionProver {
   LocalOccluders occluders_;
   OccluderScreen screen_;  // of occluders_
   double ground_depth_ = 0;
-  std::vector<OcclusionMap> maps_;
+  std::array<std::vector<OcclusionMap>, 2> maps_of_;  // the first planes, the aimed ones
+  std::size_t aimed_ = 0;                             // those drawn on last
   std::size_t map_count_ = 0;
   std::vector<ProjectionPlane> planes_;  // of the maps
   std::vector<ProjectionPlane> tried_;   // of all maps of this cell

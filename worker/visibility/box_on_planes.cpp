@@ -1,15 +1,13 @@
 #include "worker/visibility/box_on_planes.hpp"
 
 #include <algorithm>
-#include <cmath>
 
-#include "common/geometry/rounding.hpp"
 #include "worker/visibility/dispatch.hpp"
+#include "worker/visibility/lanes.hpp"
 
 namespace pvsfarm {
 namespace {
 
-constexpr double kFutile = 0, kCrosses = 1, kFalls = 2;
 constexpr int kLanes = 8;
 
 // The box in the frame of a face: z from the face on.
@@ -18,61 +16,74 @@ struct FaceBox {
 };
 
 struct Range {
-  double lo, hi;
+  Eight lo, hi;
 };
 
-// occludee_test.cpp, `extremes`, written for the vectoriser.
-inline Range extremes(double lo, double hi, double h, double a, double b, double c, double d) {
-  const double ra = h * std::abs(1 - a), rb = h * std::abs(1 - b), rc = h * std::abs(1 - c),
-               rd = h * std::abs(1 - d);
-  double least = lo * a - ra, most = hi * a + ra;
-  const double least_b = lo * b - rb, most_b = hi * b + rb;
-  const double least_c = lo * c - rc, most_c = hi * c + rc;
-  const double least_d = lo * d - rd, most_d = hi * d + rd;
-  least = least_b < least ? least_b : least;
-  least = least_c < least ? least_c : least;
-  least = least_d < least ? least_d : least;
-  most = most_b > most ? most_b : most;
-  most = most_c > most ? most_c : most;
-  most = most_d > most ? most_d : most;
-  return {least, most};
+// occludee_test.cpp, `extremes`.
+PVSFARM_INLINE Range extremes(double lo, double hi, double h, const Eight (&alpha)[4]) {
+  Range range;
+  for (int i = 0; i < 4; ++i) {
+    const Eight reach = h * magnitude(1 - alpha[i]);
+    const Eight least = lo * alpha[i] - reach, most = hi * alpha[i] + reach;
+    range.lo = i == 0 ? least : smaller(least, range.lo);
+    range.hi = i == 0 ? most : larger(most, range.hi);
+  }
+  return range;
 }
 
-// As OcclusionMap::touched, but for the rounding towards zero.
-inline double pixel(double at, double from, double per_px, double side) {
-  const double pixels = (at - from) * per_px;
-  const double most = pixels < side ? pixels : side;
-  return pixels < 0 ? -1 : most;
+// As OcclusionMap::touched.
+PVSFARM_INLINE EightInts pixel(const Eight& at, const Eight& from, const Eight& per_px,
+                               const Eight& side) {
+  const Eight pixels = (at - from) * per_px;
+  const Eight kept = pixels < 0 ? all_lanes(-1) : smaller(pixels, side);
+  return __builtin_convertvector(kept, EightInts);
 }
+
+// float_not_above: where rounding went up, the next float down.
+PVSFARM_INLINE EightFloats floats_not_above(const Eight& v) {
+  const EightFloats nearest = __builtin_convertvector(v, EightFloats);
+  const Eight up = __builtin_convertvector(nearest, Eight) > v ? all_lanes(1) : all_lanes(0);
+  const EightInts step = nearest > 0 ? EightInts{} - 1 : EightInts{} + 1;
+  const EightInts bits =
+      load_lanes<EightInts>(&nearest) + step * __builtin_convertvector(up, EightInts);
+  return load_lanes<EightFloats>(&bits);
+}
+
+// A bit a lane.
+struct Told {
+  unsigned futile, falls;
+};
 
 PVSFARM_DISPATCH
-void place_box(const BoxOnPlanes::Columns& c, int lanes, const FaceBox& box,
+Told place_box(const BoxOnPlanes::Columns& c, int at, const FaceBox& box,
                BoxOnPlanes::Places& out) {
-  for (int k = 0; k < lanes; ++k) {
-    const double front = c.distance[k], back = c.back[k];
-    const double lo_z = box.z0 - front, hi_z = box.z1 - front;
-    const double rounding = 0x1p-48 * (std::abs(lo_z) + std::abs(hi_z) + front + 2 * box.hw);
-    const double gap = lo_z + front;
-    const double a = front / gap, b = front / (hi_z + front);
-    const double d = back / (lo_z + back), e = back / (hi_z + back);
-    const Range x = extremes(box.x0, box.x1, box.hu, a, b, d, e);
-    const Range y = extremes(box.y0, box.y1, box.hv, a, b, d, e);
-    const double wide = 0x1p-48 * (1 + (std::abs(lo_z) + std::abs(hi_z) + back) / gap);
-    const double wx = wide * (std::abs(x.lo) + std::abs(x.hi) + box.hu) + 1e-9 * c.px[k];
-    const double wy = wide * (std::abs(y.lo) + std::abs(y.hi) + box.hv) + 1e-9 * c.py[k];
-    out.i0[k] = pixel(x.lo - wx, c.x0[k], c.per_px[k], c.side[k]);
-    out.i1[k] = pixel(x.hi + wx, c.x0[k], c.per_px[k], c.side[k]);
-    out.j0[k] = pixel(y.lo - wy, c.y0[k], c.per_py[k], c.side[k]);
-    out.j1[k] = pixel(y.hi + wy, c.y0[k], c.per_py[k], c.side[k]);
-    out.nearest[k] = lo_z - rounding;
-    out.deepest[k] = hi_z + rounding;
-    const bool sane = (x.lo - wx <= x.hi + wx) & (y.lo - wy <= y.hi + wy);  // no NaN
-    const bool falls = (gap > rounding) & sane;
-    // A float is below a number rounded up to a float exactly if it is below the number.
-    const bool useful = (hi_z + front > rounding) & (c.lowest[k] < hi_z + rounding);
-    const double where = falls ? kFalls : kCrosses;
-    out.where[k] = useful ? where : kFutile;
-  }
+  const auto column = [at](const double* values) { return load_lanes<Eight>(values + at); };
+  const Eight front = column(c.distance), back = column(c.back);
+  const Eight lo_z = box.z0 - front, hi_z = box.z1 - front;
+  const Eight rounding = 0x1p-48 * (magnitude(lo_z) + magnitude(hi_z) + front + 2 * box.hw);
+  const Eight gap = lo_z + front;
+  const Eight alpha[4] = {front / gap, front / (hi_z + front), back / (lo_z + back),
+                          back / (hi_z + back)};
+  const Range x = extremes(box.x0, box.x1, box.hu, alpha);
+  const Range y = extremes(box.y0, box.y1, box.hv, alpha);
+  const Eight wide = 0x1p-48 * (1 + (magnitude(lo_z) + magnitude(hi_z) + back) / gap);
+  const Eight wx = wide * (magnitude(x.lo) + magnitude(x.hi) + box.hu) + 1e-9 * column(c.px);
+  const Eight wy = wide * (magnitude(y.lo) + magnitude(y.hi) + box.hv) + 1e-9 * column(c.py);
+  const Eight side = column(c.side);
+  store_lanes(out.i0 + at, pixel(x.lo - wx, column(c.x0), column(c.per_px), side));
+  store_lanes(out.i1 + at, pixel(x.hi + wx, column(c.x0), column(c.per_px), side));
+  store_lanes(out.j0 + at, pixel(y.lo - wy, column(c.y0), column(c.per_py), side));
+  store_lanes(out.j1 + at, pixel(y.hi + wy, column(c.y0), column(c.per_py), side));
+  const Eight nearest = lo_z - rounding, deepest = hi_z + rounding;
+  store_lanes(out.nearest + at, nearest);
+  store_lanes(out.deepest + at, deepest);
+  store_lanes(out.before + at, floats_not_above(nearest));
+  // A float is below a number rounded up to a float exactly if it is below the number.
+  const unsigned useful =
+      bits_of(above(hi_z + front, rounding)) & bits_of(above(deepest, column(c.lowest)));
+  const unsigned falls = bits_of(above(gap, rounding)) & bits_of(not_above(x.lo - wx, x.hi + wx)) &
+                         bits_of(not_above(y.lo - wy, y.hi + wy));  // no NaN
+  return {~useful & 0xff, useful & falls};
 }
 
 }  // namespace
@@ -122,30 +133,40 @@ void BoxOnPlanes::place(const Box& local_box) {
   const ProjectionPlane& plane = first_;
   const Face face = plane.face;
   const double a = face.sign * local_box.lo[face.axis], b = face.sign * local_box.hi[face.axis];
-  place_box(columns_, lanes_,
-            {local_box.lo[face.u()], local_box.hi[face.u()], local_box.lo[face.v()],
-             local_box.hi[face.v()], std::min(a, b) - plane.hw, std::max(a, b) - plane.hw, plane.hu,
-             plane.hv, plane.hw},
-            places_);
+  const FaceBox box{local_box.lo[face.u()],
+                    local_box.hi[face.u()],
+                    local_box.lo[face.v()],
+                    local_box.hi[face.v()],
+                    std::min(a, b) - plane.hw,
+                    std::max(a, b) - plane.hw,
+                    plane.hu,
+                    plane.hv,
+                    plane.hw};
+  futile_ = falls_ = 0;
+  for (int at = 0; at < lanes_; at += kLanes) {
+    const Told told = place_box(columns_, at, box, places_);
+    futile_ |= told.futile << at;
+    falls_ |= told.falls << at;
+  }
 }
 
 std::optional<PixelRange> BoxOnPlanes::pixels(std::size_t k) const {
-  if (places_.where[k] != kFalls) return {};
+  if ((falls_ >> k & 1) == 0) return {};
   const int last = static_cast<int>(columns_.side[k]) - 1;
-  const PixelRange range{std::max(static_cast<int>(places_.i0[k]), 0),
-                         std::max(static_cast<int>(places_.j0[k]), 0),
-                         std::min(static_cast<int>(places_.i1[k]), last),
-                         std::min(static_cast<int>(places_.j1[k]), last)};
+  const PixelRange range{std::max(places_.i0[k], 0), std::max(places_.j0[k], 0),
+                         std::min(places_.i1[k], last), std::min(places_.j1[k], last)};
   if (range.i0 > range.i1 || range.j0 > range.j1) return {};
   return range;
 }
 
+PlaneAnswer BoxOnPlanes::answer_of_pixels(std::size_t k) const {
+  return answer_on(maps_[k], {places_.i0[k], places_.j0[k], places_.i1[k], places_.j1[k]},
+                   {.nearest = places_.before[k], .deepest = places_.deepest[k]});
+}
+
 PlaneAnswer BoxOnPlanes::answer(std::size_t k) const {
-  if (places_.where[k] == kFutile) return PlaneAnswer::kFutile;
-  if (places_.where[k] == kCrosses) return PlaneAnswer::kUnknown;
-  const PixelRange range{static_cast<int>(places_.i0[k]), static_cast<int>(places_.j0[k]),
-                         static_cast<int>(places_.i1[k]), static_cast<int>(places_.j1[k])};
-  return answer_on(maps_[k], range, places_.nearest[k], places_.deepest[k]);
+  if ((futile_ >> k & 1) != 0) return PlaneAnswer::kFutile;
+  return (falls_ >> k & 1) != 0 ? answer_of_pixels(k) : PlaneAnswer::kUnknown;
 }
 
 }  // namespace pvsfarm

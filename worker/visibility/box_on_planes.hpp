@@ -28,6 +28,14 @@ class BoxOnPlanes {
   std::optional<PixelRange> pixels(std::size_t k) const;
   // What map `k` says of the box last placed.
   PlaneAnswer answer(std::size_t k) const;
+  // The same, a bit a map, as far as no pixel need be looked at: those that can hide no part of the
+  // box, and those that its whole Projection falls on. The others do not tell.
+  unsigned futile() const { return futile_; }
+  unsigned falls() const { return falls_; }
+  // Of a map that the box falls on.
+  PlaneAnswer answer_of_pixels(std::size_t k) const;
+  // Whether some of the box may lie before the plane of map `k`, which it falls on.
+  bool before_plane(std::size_t k) const { return places_.nearest[k] < 0; }
 
   // Unused lanes are copies of the last plane.
   struct Columns {
@@ -39,10 +47,9 @@ class BoxOnPlanes {
   };
   struct Places {
     alignas(64) double nearest[kMaxPlanesAtOnce], deepest[kMaxPlanesAtOnce];  // depths of the box
-    // 0: futile; 1: the box crosses the face; 2: it falls on the pixels below.
-    alignas(64) double where[kMaxPlanesAtOnce];
-    alignas(64) double i0[kMaxPlanesAtOnce], j0[kMaxPlanesAtOnce];
-    alignas(64) double i1[kMaxPlanesAtOnce], j1[kMaxPlanesAtOnce];
+    alignas(32) float before[kMaxPlanesAtOnce];  // `nearest`, not above it
+    alignas(32) std::int32_t i0[kMaxPlanesAtOnce], j0[kMaxPlanesAtOnce];
+    alignas(32) std::int32_t i1[kMaxPlanesAtOnce], j1[kMaxPlanesAtOnce];
   };
 
  private:
@@ -54,6 +61,7 @@ class BoxOnPlanes {
   int lanes_ = 0;  // rounded up
   Columns columns_;
   Places places_;
+  unsigned futile_ = 0, falls_ = 0;
 };
 
 }  // namespace pvsfarm

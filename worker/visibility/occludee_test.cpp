@@ -51,16 +51,15 @@ PlaneAnswer test_box(const OcclusionMap& map, const Box& local_box) {
   if (!(box.lo.z + plane.distance > rounding)) return PlaneAnswer::kUnknown;
   const PlaneRect rect = occludee_rect(plane, box);
   if (!(rect.x0 <= rect.x1 && rect.y0 <= rect.y1)) return PlaneAnswer::kUnknown;  // NaN
-  return answer_on(map, map.touched(rect), box.lo.z - rounding, deepest);
+  return answer_on(map, map.touched(rect),
+                   {.nearest = float_not_above(box.lo.z - rounding), .deepest = deepest});
 }
 
-PlaneAnswer answer_on(const OcclusionMap& map, const PixelRange& range, double nearest,
-                      double deepest) {
+PlaneAnswer answer_on(const OcclusionMap& map, const PixelRange& range, const BoxDepths& depths) {
   // Cheapest first: what no pixel can hide, not all of them do.
-  if (!(map.lower_bound(range) < deepest)) return PlaneAnswer::kFutile;
+  if (!(map.lower_bound(range) < depths.deepest)) return PlaneAnswer::kFutile;
   // (ii) and (iii); NaN compares false and means visible.
-  return map.covered(range, float_not_above(nearest)) ? PlaneAnswer::kHidden
-                                                      : PlaneAnswer::kUnknown;
+  return map.covered(range, depths.nearest) ? PlaneAnswer::kHidden : PlaneAnswer::kUnknown;
 }
 
 }  // namespace pvsfarm

@@ -22,9 +22,13 @@ enum class PlaneAnswer {
 // Rule P for one local box on one plane. kFutile is exact for sub-boxes (theory A.9).
 PlaneAnswer test_box(const OcclusionMap& map, const Box& local_box);
 
-// Its last step: a box at depths `nearest` to `deepest`, rounded outwards, whose rectangle touches
-// `range` (as OcclusionMap::touched says) and holds its whole Projection.
-PlaneAnswer answer_on(const OcclusionMap& map, const PixelRange& range, double nearest,
-                      double deepest);
+// The depths of a box, rounded outwards.
+struct BoxDepths {
+  float nearest;
+  double deepest;
+};
+// Its last step: a box whose rectangle touches `range` (as OcclusionMap::touched says) and holds
+// its whole Projection.
+PlaneAnswer answer_on(const OcclusionMap& map, const PixelRange& range, const BoxDepths& depths);
 
 }  // namespace pvsfarm

@@ -1,9 +1,13 @@
 #include "worker/visibility/occluder_ranking.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
+#include "common/geometry/rounding.hpp"
+#include "worker/visibility/dispatch.hpp"
 #include "worker/visibility/hull_direction.hpp"
+#include "worker/visibility/lanes.hpp"
 
 namespace pvsfarm {
 namespace {
@@ -26,6 +30,59 @@ double solid_angle_of(const Box& box, std::span<const Vec3> points, const Vec3& 
 
 bool is_larger(const RankedOccluder& a, const RankedOccluder& b) {
   return a.solid_angle > b.solid_angle || (a.solid_angle == b.solid_angle && a.index < b.index);
+}
+
+// Where a cell looks from, and what is too small for it.
+struct Look {
+  Vec3 eye;
+  double cell_radius, least_distance, least_solid_angle;
+  double error;  // no side of a box in lanes is farther than this from the true one
+};
+
+// No box in a ball of radius r at distance d spans more than about 4 (r / (d - r))^2.
+bool is_small(const Look& look, double radius, double squared) {
+  const double reach = radius + look.cell_radius;
+  return 4.0 * radius * radius < look.least_solid_angle * (0.5 * squared - reach * reach);
+}
+
+// A bit a lane: what may be large enough, and whose faces are to be looked at too.
+struct Found {
+  unsigned large, near;
+};
+
+PVSFARM_INLINE Eight lanes_of(const float* from) {
+  return __builtin_convertvector(load_lanes<EightFloats>(from), Eight);
+}
+
+// The bound of is_small, and solid_angle_of from above, both without a root.
+PVSFARM_DISPATCH
+Found look_at(const OccluderRanking::Lanes& lanes, const Look& look) {
+  const Eight radius = lanes_of(lanes.radius), reach = radius + look.cell_radius;
+  const Eight dx = lanes_of(lanes.center[0]) - look.eye.x;
+  const Eight dy = lanes_of(lanes.center[1]) - look.eye.y;
+  const Eight dz = lanes_of(lanes.center[2]) - look.eye.z;
+  const Eight squared = dx * dx + dy * dy + dz * dz, none = all_lanes(0);
+  const Eight beyond =
+      4.0 * radius * radius - look.least_solid_angle * (0.5 * squared - reach * reach);
+  Eight size[3], toward[3];
+  for (int a = 0; a < 3; ++a) {
+    const Eight lo = lanes_of(lanes.lo[a]), hi = lanes_of(lanes.hi[a]);
+    size[a] = hi - lo;
+    toward[a] = larger(larger(lo - look.eye[a], look.eye[a] - hi), none);
+  }
+  const Eight distance =
+      larger(toward[0] * toward[0] + toward[1] * toward[1] + toward[2] * toward[2],
+             all_lanes(look.least_distance * look.least_distance));
+  const Eight area = size[1] * size[2] * (toward[0] + look.error) +
+                     size[0] * size[2] * (toward[1] + look.error) +
+                     size[0] * size[1] * (toward[2] + look.error);
+  const Eight least = (look.least_solid_angle * look.least_solid_angle * (1 - 0x1p-20)) * distance *
+                      distance * distance;
+  const unsigned not_small = bits_of(not_above(none, beyond));
+  // Where the eye is in the box, its points have the word.
+  const Eight inside = larger(larger(toward[0], toward[1]), toward[2]) - look.error;
+  return {not_small & (bits_of(not_above(least, area * area)) | bits_of(not_above(inside, none))),
+          not_small & bits_of(not_above(squared, 4.0 * reach * reach))};
 }
 
 double squared_distance(const Box& box, const Vec3& p) {
@@ -51,39 +108,43 @@ void OccluderRanking::Owners::add(const Owners& other) {
   end = std::max(end, other.end);
 }
 
-bool OccluderRanking::Owners::any_in(const VisibleSet& candidates) const {
-  return first < end && candidates.any_in(first, end - first);
+void OccluderRanking::add_ball(std::uint32_t index) {
+  const Occluder& occluder = scene_.occluders()[index];
+  const Vec3 center = occluder.box.center();
+  const float radius = static_cast<float>(0.5 * length(occluder.box.size()));
+  Ball ball{.index = index};
+  bool only_occludees = true;
+  for (const ObjectId owner : scene_.owners(occluder)) {
+    const bool occludee = scene_.object(owner).occludee;
+    only_occludees = only_occludees && occludee;
+    ball.owners.add(occludee ? Owners{index_of(owner), index_of(owner) + 1}
+                             : Owners{0, scene_.object_count()});
+  }
+  ball.by_ids = ball.owners.end - ball.owners.first == 1 || !only_occludees;
+
+  const std::size_t lane = balls_.size() % 8;
+  if (lane == 0) lanes_.emplace_back();
+  Lanes& lanes = lanes_.back();
+  for (int a = 0; a < 3; ++a) {
+    lanes.center[a][lane] = static_cast<float>(center[a]);
+    lanes.lo[a][lane] = float_not_above(occluder.box.lo[a]);
+    lanes.hi[a][lane] = float_not_below(occluder.box.hi[a]);
+    largest_coordinate_ =
+        std::max({largest_coordinate_, std::abs(occluder.box.lo[a]), std::abs(occluder.box.hi[a])});
+  }
+  lanes.radius[lane] = radius;
+
+  if (balls_.size() % kBlock == 0) blocks_.emplace_back();
+  Block& block = blocks_.back();
+  block.owners.add(ball.owners);
+  block.around.add(center);
+  block.largest = std::max(block.largest, radius);
+  balls_.push_back(ball);
 }
 
-OccluderRanking::OccluderRanking(const Scene& scene) : scene_(scene) {
-  const auto occluders = scene.occluders();
-  std::vector<std::uint32_t> ball_of(occluders.size(), 0);
-  for (std::uint32_t i = 0; i < occluders.size(); ++i) {
-    if (occluders[i].face_of >= 0) continue;
-    const Vec3 center = occluders[i].box.center();
-    ball_of[i] = static_cast<std::uint32_t>(balls_.size());
-    Owners owners;
-    bool only_occludees = true;
-    for (const ObjectId owner : scene.owners(occluders[i])) {
-      const bool occludee = scene.object(owner).occludee;
-      only_occludees = only_occludees && occludee;
-      owners.add(occludee ? Owners{index_of(owner), index_of(owner) + 1}
-                          : Owners{0, scene.object_count()});
-    }
-    balls_.push_back(
-        {{static_cast<float>(center.x), static_cast<float>(center.y), static_cast<float>(center.z)},
-         static_cast<float>(0.5 * length(occluders[i].box.size())),
-         i,
-         0,
-         0,
-         owners,
-         owners.end - owners.first == 1 || !only_occludees});
-    if (balls_.size() % kBlock == 1) blocks_.emplace_back();
-    Block& block = blocks_.back();
-    block.owners.add(owners);
-    block.around.add(center);
-    block.largest = std::max(block.largest, balls_.back().radius);
-  }
+// `ball_of`: by occluder.
+void OccluderRanking::add_faces(std::span<const std::uint32_t> ball_of) {
+  const auto occluders = scene_.occluders();
   for (const Occluder& o : occluders)
     if (o.face_of >= 0) ++balls_[ball_of[o.face_of]].face_count;
   std::uint32_t next = 0;
@@ -100,6 +161,17 @@ OccluderRanking::OccluderRanking(const Scene& scene) : scene_(scene) {
   }
 }
 
+OccluderRanking::OccluderRanking(const Scene& scene) : scene_(scene) {
+  const auto occluders = scene.occluders();
+  std::vector<std::uint32_t> ball_of(occluders.size(), 0);
+  for (std::uint32_t i = 0; i < occluders.size(); ++i) {
+    if (occluders[i].face_of >= 0) continue;
+    ball_of[i] = static_cast<std::uint32_t>(balls_.size());
+    add_ball(i);
+  }
+  add_faces(ball_of);
+}
+
 bool OccluderRanking::owned(const Ball& ball, const VisibleSet& candidates) const {
   if (!ball.owners.any_in(candidates)) return false;
   return ball.by_ids || owner_in(scene_, scene_.occluders()[ball.index], candidates);
@@ -113,37 +185,46 @@ void OccluderRanking::rank(const CellFrame& frame, const VisibleSet& candidates,
   const Vec3 eye = cell.center();
   const double cell_radius = 0.5 * length(cell.size());
   const double least_distance = 1e-3 + 0.5 * cell_radius;
+  const Look look{.eye = eye,
+                  .cell_radius = cell_radius,
+                  .least_distance = least_distance,
+                  .least_solid_angle = least_solid_angle,
+                  .error = 0x1p-22 * std::max({largest_coordinate_, std::abs(eye.x),
+                                               std::abs(eye.y), std::abs(eye.z)})};
+  // Boxes lie all over the memory: all are asked for before the first is looked at.
   const auto consider = [&](std::uint32_t index, std::uint32_t ball) {
-    const Occluder& occluder = scene_.occluders()[index];
-    const double solid_angle =
-        solid_angle_of(occluder.box, scene_.points(occluder), eye, least_distance);
-    if (solid_angle >= least_solid_angle) out.push_back({index, ball, solid_angle});
+    const auto* box = reinterpret_cast<const char*>(&scene_.occluders()[index].box);
+    __builtin_prefetch(box);
+    __builtin_prefetch(box + sizeof(Box) - 1);
+    out.push_back({index, ball, 0});
   };
-  // No box in a ball of radius r at distance d spans more than about 4 (r / (d - r))^2.
-  const auto is_small = [&](double radius, double squared) {
-    const double reach = radius + cell_radius;
-    return 4.0 * radius * radius < least_solid_angle * (0.5 * squared - reach * reach);
-  };
-  for (std::uint32_t i = 0; i < balls_.size(); ++i) {
-    if (i % kBlock == 0) {
-      // What is true of the largest radius at the least distance is so of all.
-      const Block& block = blocks_[i / kBlock];
-      if (is_small(block.largest, squared_distance(block.around, eye)) ||
-          !block.owners.any_in(candidates)) {
-        i += kBlock - 1;
-        continue;
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    // What is true of the largest radius at the least distance is so of all.
+    const Block& block = blocks_[b];
+    if (is_small(look, block.largest, squared_distance(block.around, eye)) ||
+        !block.owners.any_in(candidates))
+      continue;
+    const std::size_t end = std::min((b + 1) * kBlock, balls_.size());
+    for (std::size_t first = b * kBlock; first < end; first += 8) {
+      const Found found = look_at(lanes_[first / 8], look);
+      for (unsigned rest = found.large | found.near; rest != 0; rest &= rest - 1) {
+        const auto i = static_cast<std::uint32_t>(first + std::countr_zero(rest));
+        if (i >= end) break;
+        const Ball& ball = balls_[i];
+        const bool near = ((found.near & rest & -rest) != 0) && ball.face_count > 0;
+        if (!near && (found.large & rest & -rest) == 0) continue;
+        if (!owned(ball, candidates)) continue;
+        consider(ball.index, i);
+        for (std::uint32_t f = 0; near && f < ball.face_count; ++f)
+          consider(faces_[ball.first_face + f], i);
       }
     }
-    const Ball& ball = balls_[i];
-    const double dx = ball.center[0] - eye.x, dy = ball.center[1] - eye.y,
-                 dz = ball.center[2] - eye.z;
-    const double squared = dx * dx + dy * dy + dz * dz, reach = ball.radius + cell_radius;
-    if (is_small(ball.radius, squared)) continue;
-    if (!owned(ball, candidates)) continue;
-    consider(ball.index, i);
-    if (squared <= 4 * reach * reach)
-      for (std::uint32_t f = 0; f < ball.face_count; ++f) consider(faces_[ball.first_face + f], i);
   }
+  std::erase_if(out, [&](RankedOccluder& ranked) {
+    const Occluder& occluder = scene_.occluders()[ranked.index];
+    ranked.solid_angle = solid_angle_of(occluder.box, scene_.points(occluder), eye, least_distance);
+    return !(ranked.solid_angle >= least_solid_angle);
+  });
   const std::size_t sorted = std::min(largest, out.size());
   std::partial_sort(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(sorted), out.end(),
                     is_larger);

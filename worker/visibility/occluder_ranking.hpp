@@ -39,22 +39,33 @@ class OccluderRanking {
   bool owned(const RankedOccluder& ranked, const VisibleSet& candidates) const {
     return owned(balls_[ranked.ball], candidates);
   }
-  std::uint64_t bytes() const { return balls_.size() * sizeof(Ball); }  // looked at for a cell
+  // Looked at for a cell, if no block is passed over.
+  std::uint64_t bytes() const { return lanes_.size() * sizeof(Lanes); }
+
+  // Eight of what may be ranked, side by side, in columns.
+  struct Lanes {
+    alignas(32) float center[3][8] = {}, radius[8] = {};  // a ball around its box
+    alignas(32) float lo[3][8] = {}, hi[3][8] = {};       // its box, rounded outwards
+  };
 
  private:
   // The ids of the occludees that own something; all ids if an owner is none.
   struct Owners {
     std::uint32_t first = ~0u, end = 0;
     void add(const Owners& other);
-    bool any_in(const VisibleSet& candidates) const;
+    bool any_in(const VisibleSet& candidates) const {
+      if (end - first == 1) return candidates.contains(ObjectId{first});
+      return first < end && candidates.any_in(first, end - first);
+    }
   };
   struct Ball {
-    float center[3], radius;
-    std::uint32_t index;
-    std::uint32_t first_face, face_count;  // into faces_
+    std::uint32_t index = 0;
+    std::uint32_t first_face = 0, face_count = 0;  // into faces_
     Owners owners;
-    bool by_ids;  // who owns it is all in `owners`
+    bool by_ids = false;  // who owns it is all in `owners`
   };
+  void add_ball(std::uint32_t index);
+  void add_faces(std::span<const std::uint32_t> ball_of);
   bool owned(const Ball& ball, const VisibleSet& candidates) const;
 
   // So many balls: most of a scene is seen by no cell, or too small.
@@ -65,7 +76,9 @@ class OccluderRanking {
   };
 
   const Scene& scene_;
-  std::vector<Ball> balls_;  // of every occluder but faces of solids
+  std::vector<Ball> balls_;   // of every occluder but faces of solids
+  std::vector<Lanes> lanes_;  // the same; the last ones of these are empty
+  double largest_coordinate_ = 0;
   std::vector<Block> blocks_;
   std::vector<std::uint32_t> faces_;  // occluder indices, by solid
 };

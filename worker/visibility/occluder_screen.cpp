@@ -17,8 +17,8 @@ struct Sides {
 
 // The least and the largest coordinate that all four views along one axis of [lo, hi] share: a view
 // moves with its viewpoint, -h or h, and shrinks with the four alphas (projection.cpp).
-inline double shared(double lo, double hi, double h, double from, double to, const double* alpha) {
-  double least = from, most = to;
+inline void shared(double lo, double hi, double h, const double* alpha, double& least,
+                   double& most) {
   for (int face = 0; face < 2; ++face)
     for (const double v : {-h, h}) {
       const double a = alpha[2 * face], b = alpha[2 * face + 1];
@@ -28,12 +28,17 @@ inline double shared(double lo, double hi, double h, double from, double to, con
       least = view_lo > least ? view_lo : least;
       most = view_hi < most ? view_hi : most;
     }
-  return most - least;
 }
 
-// pass[i] is 1 where box i may cover a pixel, else 0.
+// What a batch may cover: the shared rectangle, and the least depth of a piece. pass is 1 where
+// that holds a pixel, else 0.
+struct Places {
+  alignas(64) double pass[kBatch], depth[kBatch];
+  alignas(64) double x0[kBatch], x1[kBatch], y0[kBatch], y1[kBatch];
+};
+
 PVSFARM_DISPATCH
-void screen(const Sides& s, int n, const ProjectionPlane& plane, double nearest, double* pass) {
+void screen(const Sides& s, int n, const ProjectionPlane& plane, double nearest, Places& out) {
   const double front = plane.distance, back = front + 2 * plane.hw, sign = plane.face.sign;
   const double hu = plane.hu, hv = plane.hv, hw = plane.hw, px = plane.px, py = plane.py;
   const double left = plane.x0, right = plane.x1(), low = plane.y0, high = plane.y1();
@@ -42,9 +47,16 @@ void screen(const Sides& s, int n, const ProjectionPlane& plane, double nearest,
     const double cut = z_near > nearest ? z_near : nearest;
     const double alpha[4] = {front / (cut + front), front / (z_far + front), back / (cut + back),
                              back / (z_far + back)};
-    const double width = shared(s.x0[i], s.x1[i], hu, left, right, alpha);
-    const double height = shared(s.y0[i], s.y1[i], hv, low, high, alpha);
-    pass[i] = (z_far > nearest) & (width >= px) & (height >= py) ? 1 : 0;
+    double x0 = left, x1 = right, y0 = low, y1 = high;
+    shared(s.x0[i], s.x1[i], hu, alpha, x0, x1);
+    shared(s.y0[i], s.y1[i], hv, alpha, y0, y1);
+    out.pass[i] = (z_far > nearest) & (x1 - x0 >= px) & (y1 - y0 >= py) ? 1 : 0;
+    out.x0[i] = x0;
+    out.x1[i] = x1;
+    out.y0[i] = y0;
+    out.y1[i] = y1;
+    // Of what crosses the plane the part before it is a piece, too.
+    out.depth[i] = z_near < 0 && z_far > 0 ? 0 : z_far;
   }
 }
 
@@ -64,20 +76,29 @@ void OccluderScreen::add(const Box& local_box) {
   }
 }
 
-const std::vector<std::uint32_t>& OccluderScreen::pass(const ProjectionPlane& plane, double near_m,
-                                                       std::size_t from) {
+std::span<const OccluderScreen::Passed> OccluderScreen::pass(const ProjectionPlane& plane,
+                                                             double near_m, std::size_t from) {
   passed_.clear();
   const double nearest = nearest_depth(plane, near_m);
   const int u = plane.face.u(), v = plane.face.v(), w = plane.face.axis;
   const auto& z_near = plane.face.sign > 0 ? lo_[w] : hi_[w];
   const auto& z_far = plane.face.sign > 0 ? hi_[w] : lo_[w];
-  alignas(64) double pass[kBatch];
+  const double per_px = 1 / plane.px, per_py = 1 / plane.py;
+  const int last = plane.resolution_px - 1;
+  Places places;
   for (std::size_t i = from; i < size(); i += kBatch) {
     const int n = static_cast<int>(std::min(kBatch, size() - i));
     screen({&lo_[u][i], &hi_[u][i], &lo_[v][i], &hi_[v][i], &z_near[i], &z_far[i]}, n, plane,
-           nearest, pass);
-    for (int k = 0; k < n; ++k)
-      if (pass[k] != 0) passed_.push_back(static_cast<std::uint32_t>(i + k));
+           nearest, places);
+    for (int k = 0; k < n; ++k) {
+      if (places.pass[k] == 0) continue;
+      passed_.push_back({static_cast<std::uint32_t>(i + k),
+                         static_cast<float>(places.depth[k]),
+                         {static_cast<int>((places.x0[k] - plane.x0) * per_px),
+                          static_cast<int>((places.y0[k] - plane.y0) * per_py),
+                          std::min(static_cast<int>((places.x1[k] - plane.x0) * per_px), last),
+                          std::min(static_cast<int>((places.y1[k] - plane.y0) * per_py), last)}});
+    }
   }
   return passed_;
 }

@@ -8,9 +8,11 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "worker/visibility/cell_frame.hpp"
+#include "worker/visibility/occlusion_map.hpp"
 
 namespace pvsfarm {
 
@@ -20,14 +22,19 @@ class OccluderScreen {
   void add(const Box& local_box);  // of the occluder, ground extension included
   std::size_t size() const { return lo_[0].size(); }
 
+  // One that may cover pixels, all of them in `pixels`, at `depth` or deeper.
+  struct Passed {
+    std::uint32_t index;
+    float depth;
+    PixelRange pixels;
+  };
   // Of the occluders added from `from` on, those that may cover a pixel, in order: a superset of
   // those for which make_pieces and project give something. Valid until the next call.
-  const std::vector<std::uint32_t>& pass(const ProjectionPlane& plane, double near_m,
-                                         std::size_t from);
+  std::span<const Passed> pass(const ProjectionPlane& plane, double near_m, std::size_t from);
 
  private:
   std::array<std::vector<double>, 3> lo_, hi_;
-  std::vector<std::uint32_t> passed_;
+  std::vector<Passed> passed_;
 };
 
 }  // namespace pvsfarm

@@ -6,6 +6,7 @@
 // Differs from Durand 2000: the hidden test is for one plane at a time, strict, and never clips.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -45,9 +46,9 @@ class OcclusionMap {
   // more is written.
   float* base() {
     all_changed_ = true;
-    return levels_max_[0].data();
+    return texels_.data();
   }
-  const float* base() const { return levels_max_[0].data(); }
+  const float* base() const { return texels_.data(); }
   // Of each square of kTilePx pixels a side, row by row: at this depth and beyond nothing need be
   // drawn there, because all of it is nearer or nobody wants it. A hint to who draws, who lowers
   // it; no test reads it. build_pyramids() makes it the greatest Z. Empty below kTilePx.
@@ -55,7 +56,7 @@ class OcclusionMap {
 
   // The base for who marks the squares of tiles() it changes pixels of, by kChanged: the others
   // need not be reduced, nor emptied for the next plane.
-  float* base_of_tiles() { return levels_max_[0].data(); }
+  float* base_of_tiles() { return texels_.data(); }
   static constexpr std::uint8_t kChanged = 3;
   std::span<std::uint8_t> changed_tiles() { return changed_; }
 
@@ -67,6 +68,8 @@ class OcclusionMap {
   // Whether nothing need be drawn in `range` at `depth`, as far as tiles() tell, and the pyramids
   // if they were built. May be asked while a map is drawn. Requires: `range` in the map.
   bool needs_nothing(const PixelRange& range, float depth) const;
+  // The same, as far as tiles() alone tell.
+  bool tiles_need_nothing(const PixelRange& range, float depth) const;
   // A lower bound of the smallest Z of any pixel that `rect` touches, read from at most 2 x 2
   // texels of the min pyramid, which are as large as tiles at least; kUncovered where rect misses
   // the map.
@@ -74,13 +77,18 @@ class OcclusionMap {
   float lower_bound(const PixelRange& range) const;
   // The greatest Z of a square of 2^level pixels a side, as the pyramids were built last.
   float highest(int level, int i, int j) const {
-    return levels_max_[level][static_cast<std::size_t>(j) * (plane_.resolution_px >> level) + i];
+    return max_level(level)[(std::size_t(j) << (level_count_ - 1 - level)) + i];
   }
-  float lowest() const { return levels_min_.back()[0]; }
+  float lowest() const { return min_level(level_count_ - 1)[0]; }
   // The pixels that `rect` touches; -1 or the resolution where it leaves the map.
   PixelRange touched(const PlaneRect& rect) const;
 
  private:
+  // Row by row, of levels from the map itself up to one texel; the least Z from min_from_ on.
+  float* max_level(int k) { return texels_.data() + max_at_[k]; }
+  const float* max_level(int k) const { return texels_.data() + max_at_[k]; }
+  float* min_level(int k) { return texels_.data() + min_at_[k]; }
+  const float* min_level(int k) const { return texels_.data() + min_at_[k]; }
   bool covered_within(int level, int i, int j, const PixelRange& range, float depth) const;
   void make_levels();
   void empty_all();
@@ -90,13 +98,15 @@ class OcclusionMap {
   ProjectionPlane plane_;
   double per_px_ = 1, per_py_ = 1;
   int level_count_ = 0;
-  int min_from_ = 0;  // the level of levels_min_[0]: tiles, or the whole map if it is smaller
+  int min_from_ = 0;  // the first level with a least Z: tiles, or the whole map if it is smaller
+  std::vector<float> texels_;  // of all levels
+  static constexpr int kMostLevels = 11;
+  static_assert(1 << (kMostLevels - 1) == kMaxResolutionPx);
+  std::array<std::size_t, kMostLevels> max_at_{}, min_at_{};  // of a level, in texels_
   std::vector<float> tiles_;
   std::vector<std::uint8_t> changed_;  // by tile: since the reset, since the pyramids
   bool all_changed_ = false;
-  bool built_ = false;                          // the pyramids, since the last reset
-  std::vector<std::vector<float>> levels_max_;  // [0] is the map itself
-  std::vector<std::vector<float>> levels_min_;  // [k] belongs to max level min_from_ + k
+  bool built_ = false;  // the pyramids, since the last reset
 };
 
 }  // namespace pvsfarm
