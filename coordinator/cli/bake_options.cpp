@@ -173,6 +173,11 @@ std::shared_ptr<BakeOptions> add_bake_options(CLI::App& command) {
   add_subdivision_options(command, options->settings.subdivision);
   add_effort_options(command, *options);
   add_projection_options(command, *options);
+  command
+      .add_option("--lease", options->lease_s,
+                  "seconds without progress after which a worker's cells go to others")
+      ->check(CLI::Range(1.0, 3600.0))
+      ->capture_default_str();
   command.add_flag("--fresh", options->fresh, "discard what an earlier bake left, and begin anew");
   command.add_flag("--json", options->json, "the summary as one JSON object");
   return options;
@@ -227,8 +232,8 @@ FarmObserver observe(const CommandContext& context) {
               }};
 }
 
-Status run_bake(const BakeOptions& options, const FarmOptions& farm,
-                const CommandContext& context) {
+Status run_bake(const BakeOptions& options, FarmOptions farm, const CommandContext& context) {
+  farm.lease = std::chrono::milliseconds(static_cast<std::int64_t>(options.lease_s * 1e3));
   if (Status status = check_output(options.output); !status) return status;
   const FarmObserver observer = observe(context);
   Result<BakeJob> job = prepare_job(options, observer);

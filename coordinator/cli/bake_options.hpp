@@ -16,6 +16,7 @@ struct BakeOptions {
   std::string up, raster = "direct";
   std::string methods;  // names with commas
   BakeSettings settings;
+  double lease_s = 30;
   bool fresh = false, json = false;
 };
 
@@ -29,6 +30,6 @@ Result<BakeJob> prepare_job(const BakeOptions& options, const FarmObserver& obse
 FarmObserver observe(const CommandContext& context);
 
 // Runs it and prints the summary on stdout. Errors: also kIncomplete, after the store was written.
-Status run_bake(const BakeOptions& options, const FarmOptions& farm, const CommandContext& context);
+Status run_bake(const BakeOptions& options, FarmOptions farm, const CommandContext& context);
 
 }  // namespace pvsfarm

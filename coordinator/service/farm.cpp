@@ -12,7 +12,8 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = FarmLoop::Clock;
 
-DeskSettings desk_settings(const FarmJob& job, std::string scene_path, Clock::time_point start) {
+DeskSettings desk_settings(const FarmJob& job, const FarmOptions& options, std::string scene_path,
+                           Clock::time_point start) {
   std::random_device device;
   DeskSettings settings{.evaluator = job.settings,
                         .scene_digest = job.scene->digest(),
@@ -21,6 +22,7 @@ DeskSettings desk_settings(const FarmJob& job, std::string scene_path, Clock::ti
                         .pinned_kernel = job.pinned_kernel,
                         .output = job.output};
   settings.epoch = (static_cast<std::uint64_t>(device()) << 32 | device()) | 1;
+  settings.limits.board.lease = options.lease;
   if (job.deadline) settings.deadline = std::chrono::duration_cast<Millis>(*job.deadline - start);
   return settings;
 }
@@ -57,7 +59,7 @@ Status run_farm(const FarmJob& job, Work& work, const PrivateFolder& folder,
   if (options.local_workers == 0 && observer.note) observer.note("listening on " + endpoint);
 
   const Clock::time_point start = Clock::now();
-  Desk desk(desk_settings(job, folder.scene_path(), start), work, Millis(0));
+  Desk desk(desk_settings(job, options, folder.scene_path(), start), work, Millis(0));
   LocalWorkers workers(worker_options(options, endpoint));
   const bool local = options.local_workers > 0;
   if (local && !desk.done())

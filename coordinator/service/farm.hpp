@@ -21,6 +21,8 @@ struct FarmOptions {
   unsigned local_workers = 2;  // 0: workers come by themselves
   std::string worker_program;
   std::vector<std::string> worker_arguments;
+  // Without progress for so long, a worker's cells go to others. [ms]
+  std::chrono::milliseconds lease = std::chrono::seconds(30);
 };
 
 // What happens meanwhile, for the command to show; each may be empty. Threads: the caller's.

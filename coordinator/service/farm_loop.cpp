@@ -47,7 +47,13 @@ void FarmLoop::send_all() {
 
 Status FarmLoop::look_after_workers() {
   if (workers_ == nullptr) return {};
-  const auto ended = workers_->look_after(cells_done_, Clock::now());
+  const auto worked = [&](std::uint32_t pid) {
+    const StatusReport report = desk_.status(now());
+    return std::any_of(
+        report.workers.begin(), report.workers.end(),
+        [&](const StatusReport::Worker& w) { return w.pid == pid && w.cells_done > 0; });
+  };
+  const auto ended = workers_->look_after(cells_done_, worked, Clock::now());
   if (!ended) return Error{ended.error().kind, ended.error().text + "; " + work_.when_stopped()};
   for (const LocalWorkers::Ended& worker : *ended) {
     if (observer_.warning)

@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <thread>
@@ -16,13 +17,20 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr unsigned kMaxDeathsWithoutWork = 16;
-constexpr int kDoNotRetry = 42;  // the worker's own exit code
-constexpr auto kRestartDelay = 200ms;
+constexpr int kDoNotRetry = 42;        // the worker's own exit code
+constexpr auto kRestartDelay = 200ms;  // doubled with each process that completed nothing
+constexpr auto kLongestDelay = 2s;
 constexpr auto kGrace = 2s;
 
 std::string describe_end(int status) {
   if (WIFEXITED(status)) return "exit code " + std::to_string(WEXITSTATUS(status));
   return "killed by signal " + std::to_string(WTERMSIG(status));
+}
+
+std::chrono::milliseconds restart_delay(unsigned fruitless) {
+  std::chrono::milliseconds delay = kRestartDelay;
+  for (unsigned i = 1; i < fruitless && delay < kLongestDelay; ++i) delay *= 2;
+  return std::min<std::chrono::milliseconds>(delay, kLongestDelay);
 }
 
 // Between fork and exec: only what is safe in a process of several threads.
@@ -66,8 +74,9 @@ Status LocalWorkers::start() {
   return {};
 }
 
-Result<std::vector<LocalWorkers::Ended>> LocalWorkers::look_after(std::uint64_t cells_done,
-                                                                  Clock::time_point now) {
+Result<std::vector<LocalWorkers::Ended>> LocalWorkers::look_after(
+    std::uint64_t cells_done, const std::function<bool(std::uint32_t)>& worked,
+    Clock::time_point now) {
   if (cells_done != cells_done_) deaths_without_work_ = 0;
   cells_done_ = cells_done;
   std::vector<Ended> ended;
@@ -77,8 +86,9 @@ Result<std::vector<LocalWorkers::Ended>> LocalWorkers::look_after(std::uint64_t 
     if (slot.pid != 0 && waitpid(slot.pid, &status, WNOHANG) == slot.pid) {
       last_end_ = describe_end(status);
       ended.push_back({static_cast<std::uint32_t>(slot.pid), last_end_});
+      slot.fruitless = worked(ended.back().pid) ? 0 : slot.fruitless + 1;
       slot.pid = 0;
-      slot.start_at = now + kRestartDelay;
+      slot.start_at = now + restart_delay(slot.fruitless);
       slot.retired = WIFEXITED(status) && WEXITSTATUS(status) == kDoNotRetry;
       ++deaths_without_work_;
     }

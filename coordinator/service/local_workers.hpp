@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -30,13 +31,16 @@ class LocalWorkers {
   // Errors: kRuntime (no such program, no more processes).
   Status start();
   // The processes that ended since the last call. `cells_done` grows while the farm works: only
-  // deaths without any work between them count against the limit.
+  // deaths without any work between them count against the limit. `worked`: whether the process of
+  // that number completed any cell; if it did not, the next one in its place waits longer.
   // Errors: kRuntime, if none is left and no more are to be started, naming the reason.
   struct Ended {
     std::uint32_t pid = 0;
     std::string how;  // "exit code 75", "killed by signal 9"
   };
-  Result<std::vector<Ended>> look_after(std::uint64_t cells_done, Clock::time_point now);
+  Result<std::vector<Ended>> look_after(std::uint64_t cells_done,
+                                        const std::function<bool(std::uint32_t)>& worked,
+                                        Clock::time_point now);
   std::size_t running() const;
   void kill_all();  // at once; nothing more is to be called
 
@@ -44,7 +48,8 @@ class LocalWorkers {
   struct Slot {
     int pid = 0;  // 0: not running
     Clock::time_point start_at{};
-    bool retired = false;  // asked not to be started again
+    unsigned fruitless = 0;  // processes in a row that completed nothing
+    bool retired = false;    // asked not to be started again
   };
   Status spawn(Slot& slot);
 

@@ -4,9 +4,9 @@
 //   hang N            the N-th look at the thread's own clock (a few a cell) never returns
 //   crash N           the process ends there by a signal
 //   slow MS           each of them takes so long, though no processor time
-//   refuse X0 X1      a ray that starts between these x (relative to the scene's centre) throws, as
-//                     a library does that cannot go on: the same cells fail on every worker
-//   burst X0 X1       such a ray ends the process by a signal
+//   refuse X0 X1 Y0 Y1  a ray that starts between these x and y (relative to the scene's centre)
+//                     throws, as a library does that cannot go on: the same cells fail everywhere
+//   burst X0 X1 Y0 Y1 such a ray ends the process by a signal
 //
 // Only the computing thread looks at its own clock (CLOCK_THREAD_CPUTIME_ID), so the messenger
 // lives on. Threads: the hooks are called from several.
@@ -27,12 +27,12 @@ namespace {
 
 struct Fault {
   std::string kind;
-  double a = 0, b = 0;
+  double a = 0, b = 0, c = 0, d = 0;
 
   Fault() {
     const char* text = std::getenv("PVSFARM_FAULT");
     std::istringstream words(text == nullptr ? "" : text);
-    words >> kind >> a >> b;
+    words >> kind >> a >> b >> c >> d;
   }
 };
 
@@ -74,15 +74,15 @@ extern "C" int clock_gettime(clockid_t clock, timespec* time) {
   return real(clock, time);
 }
 
-// Embree's: a ray begins with its origin, three floats.
+// Embree's: a ray begins with its origin.
 extern "C" void rtcIntersect1M(void* scene, void* context, void* rays, unsigned count,
                                std::size_t stride) {
   const Fault& f = fault();
   if (f.kind == "refuse" || f.kind == "burst") {
     for (unsigned i = 0; i < count; ++i) {
-      float x = 0;
-      std::memcpy(&x, static_cast<const char*>(rays) + i * stride, sizeof x);
-      if (x < f.a || x > f.b) continue;
+      float at[2];
+      std::memcpy(at, static_cast<const char*>(rays) + i * stride, sizeof at);
+      if (at[0] < f.a || at[0] > f.b || at[1] < f.c || at[1] > f.d) continue;
       if (f.kind == "burst") end_by_signal();
       throw std::runtime_error("planted: a ray from here fails");
     }

@@ -192,14 +192,16 @@ void Compute::Shared::run() {
     lock.unlock();
     JobResult answer;
     try {
-      if (fresh) {
+      if (fresh || bench == nullptr) {
         bench.reset();  // the old one goes before the new one comes
         bench = std::make_unique<Bench>(*this, use_scene, use_settings);
       }
       answer = bench->work(current, progress);
     } catch (const std::bad_alloc&) {
+      bench.reset();  // in the middle of something: not to be used again
       answer = failed(current.lease(), FailureKind::kResource, "out of memory");
     } catch (const std::exception& error) {
+      bench.reset();
       answer = failed(current.lease(), FailureKind::kDeterministic, error.what());
     }
     lock.lock();
