@@ -33,6 +33,18 @@ AnswerExplain make_explainer(Scenery scene, const EvaluatorSettings& settings) {
   return [explainer](const ExplainQuestion& question) { return explainer->explain(question); };
 }
 
+Status read_keys(const std::string& key, const std::string& server_key, WorkerOptions& options) {
+  if (key.empty() != server_key.empty())
+    return Error{ErrorKind::kCommandLine, "--key and --server-key go together"};
+  if (key.empty()) return {};
+  const Result<KeyPair> own = read_key_file(key);
+  if (!own) return own.error();
+  const Result<KeyBytes> server = read_public_key(server_key);
+  if (!server) return server.error();
+  options.security = ClientSecurity{*own, *server};
+  return {};
+}
+
 int run(int argc, char** argv) {
   WorkerOptions options{.cache_folder = default_cache_folder(),
                         .build = "pvsfarm-worker " PVSFARM_VERSION};
@@ -45,6 +57,12 @@ int run(int argc, char** argv) {
   app.add_option("--cache", options.cache_folder, "folder for scenes that are fetched")
       ->envname("PVSFARM_CACHE")
       ->capture_default_str();
+  std::string key, server_key;
+  app.add_option("--key", key, "FILE of pvsfarm keygen: this worker's private key")
+      ->envname("PVSFARM_KEY");
+  app.add_option("--server-key", server_key,
+                 "the coordinator's public key, or a FILE that holds it")
+      ->envname("PVSFARM_SERVER_KEY");
   app.add_option("--max-idle", options.max_idle_s, "leave after so many seconds without work")
       ->check(CLI::NonNegativeNumber);
   app.add_flag("-q,--quiet", quiet, "only warnings and errors");
@@ -63,6 +81,10 @@ int run(int argc, char** argv) {
   }
   const LogLevel usual = quiet ? LogLevel::kWarning : LogLevel::kInfo;
   set_up_log({.program = "pvsfarm-worker", .level = verbosity > 0 ? LogLevel::kDebug : usual});
+  if (const Status status = read_keys(key, server_key, options); !status) {
+    log_error(status.error().text);
+    return kExitDoNotRetry;
+  }
   options.kernel.mesa_version = OsmesaContext::mesa_version();
   return run_worker(options, {.make_evaluator = make_evaluator,
                               .make_auditor = make_auditor,

@@ -2,6 +2,7 @@
 
 #include <google/protobuf/arena.h>
 
+#include "common/wire/amplification.hpp"
 #include "common/wire/convert.hpp"
 #include "common/wire/crc32c.hpp"
 
@@ -20,6 +21,8 @@ std::string pack_to_string(const Plain& plain) {
 
 template <class Plain, class Proto>
 Result<Message> unpack_from(std::span<const std::byte> body) {
+  if (!grows_little(*Proto::descriptor(), body))
+    return invalid_input("message refused: its body has too many fields, or does not parse");
   google::protobuf::Arena arena;
   auto* message = google::protobuf::Arena::CreateMessage<Proto>(&arena);
   if (!message->ParseFromArray(body.data(), static_cast<int>(body.size())))

@@ -60,7 +60,15 @@ struct Welcome {
   std::uint32_t heartbeat_ms = 2000;
 };
 
-enum class RejectCode { kProtocol = 1, kKernel, kUnknownSession, kBadMessage, kBadResult, kFull };
+enum class RejectCode {
+  kProtocol = 1,
+  kKernel,
+  kUnknownSession,
+  kBadMessage,
+  kBadResult,
+  kFull,
+  kForbidden = 35
+};
 struct Reject {
   RejectCode code = RejectCode::kProtocol;
   std::string text;

@@ -1,25 +1,40 @@
 #include "common/wire/socket.hpp"
 
+#include <arpa/inet.h>
+
 #include <deque>
 #include <unordered_map>
-#include <vector>
 #include <zmq.hpp>
+
+#include "common/wire/authenticator.hpp"
+#include "common/wire/connection_guard.hpp"
+#include "common/wire/handshake_watch.hpp"
+#include "common/wire/trial.hpp"
 
 namespace pvsfarm {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kHighWaterMark = 64;  // messages a peer in ZeroMQ's queues, each at most 1 MiB
+constexpr int kHighWaterMark = 64;   // messages a peer in ZeroMQ's queues, each at most 1 MiB
+constexpr int kRouterHighWater = 8;  // those on their way to the reader of a Router
+constexpr int kHandshakeMs = 10'000;
+constexpr int kBacklog = 1024;  // connections that the kernel keeps until they are looked at
 
 void set_options(zmq::socket_t& socket) {
   socket.set(zmq::sockopt::linger, 0);
   socket.set(zmq::sockopt::maxmsgsize, static_cast<std::int64_t>(kMaxBodyBytes));
   socket.set(zmq::sockopt::sndhwm, kHighWaterMark);
   socket.set(zmq::sockopt::rcvhwm, kHighWaterMark);
-  // These only reap dead connections; whether a worker works is told by its own heartbeats.
-  socket.set(zmq::sockopt::heartbeat_ivl, 5'000);
-  socket.set(zmq::sockopt::heartbeat_timeout, 30'000);
+  // The kernel reaps dead connections, after 30 s; whether a worker works is told by its own
+  // heartbeats. Not those of ZeroMQ: libzmq 4.3 aborts (stream_engine_base.cpp, !_io_error) when
+  // one falls due while messages of a peer wait that has reset its connection.
+  socket.set(zmq::sockopt::tcp_keepalive, 1);
+  socket.set(zmq::sockopt::tcp_keepalive_idle, 10);
+  socket.set(zmq::sockopt::tcp_keepalive_intvl, 5);
+  socket.set(zmq::sockopt::tcp_keepalive_cnt, 4);
+  socket.set(zmq::sockopt::tcp_maxrt, 30'000);  // with data on its way
+  socket.set(zmq::sockopt::handshake_ivl, kHandshakeMs);
 }
 
 // False: not now. Throws zmq::error_t for anything else.
@@ -52,6 +67,14 @@ std::vector<zmq::message_t> receive_parts(zmq::socket_t& socket, std::size_t exp
   return parts;
 }
 
+// The connection that a message came by, and the key that was let in there. libzmq forgets to tell
+// them of the first frame after a poll: ask the last.
+int connection_of(zmq::message_t& part) { return zmq_msg_get(part.handle(), ZMQ_SRCFD); }
+std::string key_of(zmq::message_t& part) {
+  const char* key = zmq_msg_gets(part.handle(), "User-Id");
+  return key == nullptr ? "" : key;
+}
+
 Result<Decoded> decode_parts(const zmq::message_t* header, const zmq::message_t* body,
                              bool right_count) {
   if (!right_count) return invalid_input("message refused: not of three frames");
@@ -78,9 +101,22 @@ Error endpoint_error(const std::string& endpoint, const zmq::error_t& error, con
 
 }  // namespace
 
+bool is_local(const std::string& endpoint) {
+  constexpr std::string_view kTcp = "tcp://";
+  if (endpoint.rfind("ipc://", 0) == 0) return true;
+  if (endpoint.rfind(kTcp, 0) != 0) return false;
+  const std::string host = endpoint.substr(kTcp.size(), endpoint.rfind(':') - kTcp.size());
+  if (host == "localhost" || host == "[::1]") return true;
+  in_addr address{};  // 127.example.org is a name, and no such address
+  return inet_pton(AF_INET, host.c_str(), &address) == 1 && (ntohl(address.s_addr) >> 24) == 127;
+}
+
 struct Router::State {
+  // In the order in which the parts need each other: they end the other way round.
   zmq::context_t context{1};
+  std::optional<Authenticator> authenticator;
   zmq::socket_t socket{context, zmq::socket_type::router};
+  std::optional<ConnectionGuard> guard;
   std::string endpoint;
   std::uint64_t sequence = 0;
   std::unordered_map<PeerId, std::deque<Frames>> queues;
@@ -114,17 +150,38 @@ Router::~Router() = default;
 const std::string& Router::endpoint() const { return state_->endpoint; }
 void Router::forget(const PeerId& peer) { state_->queues.erase(peer); }
 
-Result<std::unique_ptr<Router>> Router::bind(const std::string& endpoint) {
+Result<std::unique_ptr<Router>> Router::bind(const std::string& endpoint,
+                                             std::optional<ServerSecurity> security) {
+  if (!security && !is_local(endpoint))
+    return Error{ErrorKind::kUnsupported,
+                 endpoint + ": other machines reach this, so it needs keys"};
   try {
     auto state = std::make_unique<State>();
     set_options(state->socket);
     state->socket.set(zmq::sockopt::router_mandatory, true);
+    state->socket.set(zmq::sockopt::rcvhwm, kRouterHighWater);
+    state->socket.set(zmq::sockopt::backlog, kBacklog);
+    if (security) {
+      require_keys(state->socket, security->keys);
+      state->authenticator.emplace(state->context, std::move(security->allow));
+    }
+    state->guard.emplace(state->context, state->socket);
     state->socket.bind(endpoint);
     state->endpoint = state->socket.get(zmq::sockopt::last_endpoint);
+    if (security)
+      if (Status kept_out = try_in_vain(state->endpoint, security->keys.public_key); !kept_out)
+        return kept_out.error();
     return std::unique_ptr<Router>(new Router(std::move(state)));
   } catch (const zmq::error_t& error) {
     return endpoint_error(endpoint, error, "listen");
   }
+}
+
+std::vector<PeerId> Router::allow(AllowList list) {
+  PVS_CHECK(state_->authenticator.has_value());
+  state_->authenticator->replace(std::move(list));
+  return state_->guard->cut_if(
+      [&](const std::string& key) { return state_->authenticator->role_of(key) == Role::kNone; });
 }
 
 SendOutcome Router::send(const PeerId& peer, const Envelope& envelope, const Message& message) {
@@ -144,10 +201,21 @@ SendOutcome Router::send(const PeerId& peer, const Envelope& envelope, const Mes
 
 std::optional<Received> Router::receive() {
   std::size_t count = 0;
-  const std::vector<zmq::message_t> parts = receive_parts(state_->socket, 3, count);
-  if (count == 0) return std::nullopt;
+  std::vector<zmq::message_t> parts = receive_parts(state_->socket, 3, count);
+  if (count == 0) {
+    state_->guard->emptied();
+    return std::nullopt;
+  }
+  const int connection = connection_of(parts.back());
+  const std::string key = state_->authenticator ? key_of(parts.back()) : "";
+  const Role role = state_->authenticator ? state_->authenticator->role_of(key) : Role::kLocal;
+  PeerId peer = parts[0].to_string();
+  state_->guard->read(connection, peer, key);
   const bool right = count == 3;
-  return Received{parts[0].to_string(),
+  if (role == Role::kNone || !right) state_->guard->cut(connection);
+  if (role == Role::kNone)
+    return Received{std::move(peer), role, invalid_input("its key is not on the list")};
+  return Received{std::move(peer), role,
                   decode_parts(right ? &parts[1] : nullptr, right ? &parts[2] : nullptr, right)};
 }
 
@@ -162,6 +230,8 @@ void Router::wait(std::chrono::milliseconds timeout, std::span<const int> fds) {
 struct Dealer::State {
   zmq::context_t context{1};
   zmq::socket_t socket{context, zmq::socket_type::dealer};
+  HandshakeWatch watch{context, socket};
+  Handshake handshake = Handshake::kFine;
   std::uint64_t sequence = 0;
   std::deque<Frames> queue;
 
@@ -180,13 +250,15 @@ Dealer::Dealer(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Dealer::~Dealer() = default;
 std::size_t Dealer::queued() const { return state_->queue.size(); }
 
-Result<std::unique_ptr<Dealer>> Dealer::connect(const std::string& endpoint) {
+Result<std::unique_ptr<Dealer>> Dealer::connect(const std::string& endpoint,
+                                                const std::optional<ClientSecurity>& security) {
   try {
     auto state = std::make_unique<State>();
     set_options(state->socket);
     state->socket.set(zmq::sockopt::immediate, true);
     state->socket.set(zmq::sockopt::reconnect_ivl, 500);
     state->socket.set(zmq::sockopt::reconnect_ivl_max, 2'000);
+    if (security) present_key(state->socket, *security);
     state->socket.connect(endpoint);
     return std::unique_ptr<Dealer>(new Dealer(std::move(state)));
   } catch (const zmq::error_t& error) {
@@ -209,7 +281,7 @@ std::optional<Received> Dealer::receive() {
   const std::vector<zmq::message_t> parts = receive_parts(state_->socket, 2, count);
   if (count == 0) return std::nullopt;
   const bool right = count == 2;
-  return Received{"",
+  return Received{"", Role::kNone,
                   decode_parts(right ? &parts[0] : nullptr, right ? &parts[1] : nullptr, right)};
 }
 
@@ -218,6 +290,24 @@ void Dealer::wait(std::chrono::milliseconds timeout, std::span<const int> fds) {
   if (!state_->queue.empty()) timeout = std::min(timeout, std::chrono::milliseconds(20));
   poll(state_->socket, timeout, fds);
   state_->flush();
+}
+
+Dealer::Handshake Dealer::handshake() {
+  using Last = HandshakeWatch::Last;
+  for (Last last; (last = state_->watch.next({})) != Last::kNothing;) switch (last) {
+      case Last::kRefused:
+        state_->handshake = Handshake::kRefused;
+        break;
+      case Last::kOther:
+        state_->handshake = Handshake::kOther;
+        break;
+      case Last::kBroken:
+        state_->handshake = Handshake::kBroken;
+        break;
+      default:
+        state_->handshake = Handshake::kFine;
+    }
+  return state_->handshake;
 }
 
 void Dealer::linger(std::chrono::milliseconds timeout) {

@@ -10,7 +10,7 @@
 #include "common/base/log.hpp"
 #include "coordinator/cli/audit_report.hpp"
 #include "coordinator/cli/command.hpp"
-#include "coordinator/cli/endpoint.hpp"
+#include "coordinator/cli/door.hpp"
 #include "coordinator/cli/progress_line.hpp"
 #include "coordinator/cli/store_scene.hpp"
 #include "coordinator/cli/text.hpp"
@@ -27,7 +27,8 @@ struct AuditOptions {
   StoreSceneOptions scene;
   double seconds = 30;
   unsigned workers = 2;
-  std::string endpoint;
+  Door door;
+  std::optional<FarmKeys> keys;
   std::uint64_t seed = 1;
   std::size_t plant = 0;
   bool json = false;
@@ -87,9 +88,10 @@ Farm farm_for(const AuditOptions& options, const CommandContext& context,
               Clock::time_point start) {
   const auto beside = std::filesystem::path(context.program).parent_path() / "pvsfarm-worker";
   Farm farm{.job = {.scene = std::move(scene), .settings = settings},
-            .options = {.endpoint = options.endpoint,
-                        .local_workers = options.endpoint.empty() ? options.workers : 0,
+            .options = {.endpoint = options.door.endpoint,
+                        .local_workers = options.door.endpoint.empty() ? options.workers : 0,
                         .worker_program = beside.string()}};
+  farm.options.keys = options.keys;
   farm.options.worker_arguments = {context.verbosity > 0 ? "--verbose" : "--quiet"};
   farm.job.deadline =
       start +
@@ -104,7 +106,8 @@ Status verdict(const AuditOptions& options, const AuditReport& report) {
   if (report.interrupted)
     return Error{ErrorKind::kInterrupted, "stopped; the report is of what was done until then"};
   if (report.figures.leaves_reached == 0)
-    return runtime_error(store + ": the time was too short to audit a single cell; give it more "
+    return runtime_error(store +
+                         ": the time was too short to audit a single cell; give it more "
                          "--seconds");
   if (options.plant > report.plants_found())
     return runtime_error(store + ": the audit found " + std::to_string(report.plants_found()) +
@@ -176,8 +179,7 @@ void add_audit_command(CLI::App& app, CommandContext& context) {
   command->add_option("--workers", options->workers, "worker processes")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
-  command->add_option("--bind", options->endpoint,
-                      "listen there for workers that come by themselves, instead");
+  add_door_options(*command, options->door);
   command->add_option("--seed", options->seed, "another draws other rays")->capture_default_str();
   command->add_option("--plant", options->plant,
                       "take so many plainly visible objects out of the sets first, in memory: the "
@@ -192,7 +194,9 @@ void add_audit_command(CLI::App& app, CommandContext& context) {
       "  pvsfarm audit city.pvs city.glb --plant 3    # is the audit itself any good?");
   command->callback([&context, options] {
     context.run = [&context, options]() -> Status {
-      if (Status status = check_endpoint(options->endpoint); !status) return status;
+      Result<std::optional<FarmKeys>> keys = keys_of(options->door);
+      if (!keys) return keys.error();
+      options->keys = *std::move(keys);
       return run_audit(*options, context);
     };
   });

@@ -8,15 +8,15 @@
 namespace pvsfarm {
 
 void add_cancel_command(CLI::App& app, CommandContext& context) {
-  auto where = std::make_shared<std::string>();
+  auto address = std::make_shared<CoordinatorAddress>();
   CLI::App* command = app.add_subcommand("cancel", "stop a running bake at once");
-  command->add_option("where", *where, "the bake's OUT.pvs, or its endpoint")->required();
+  add_coordinator_address(*command, *address);
   command->footer(
       "Only what is in the journal stays: the bake command goes on from there.\n"
       "Example:\n  pvsfarm cancel city.pvs");
-  command->callback([&context, where] {
-    context.run = [where]() -> Status {
-      const Result<Message> answer = ask_coordinator(*where, Control{ControlKind::kCancel});
+  command->callback([&context, address] {
+    context.run = [address]() -> Status {
+      const Result<Message> answer = ask_coordinator(*address, Control{ControlKind::kCancel});
       if (!answer) return answer.error();
       return {};
     };

@@ -8,16 +8,16 @@
 namespace pvsfarm {
 
 void add_drain_command(CLI::App& app, CommandContext& context) {
-  auto where = std::make_shared<std::string>();
+  auto address = std::make_shared<CoordinatorAddress>();
   CLI::App* command = app.add_subcommand("drain", "let a running bake finish its tasks and stop");
-  command->add_option("where", *where, "the bake's OUT.pvs, or its endpoint")->required();
+  add_coordinator_address(*command, *address);
   command->footer(
       "What runs is finished, nothing new is begun, the journal stays: the bake command goes on "
       "from there.\n"
       "Example:\n  pvsfarm drain city.pvs");
-  command->callback([&context, where] {
-    context.run = [where]() -> Status {
-      const Result<Message> answer = ask_coordinator(*where, Control{ControlKind::kDrain});
+  command->callback([&context, address] {
+    context.run = [address]() -> Status {
+      const Result<Message> answer = ask_coordinator(*address, Control{ControlKind::kDrain});
       if (!answer) return answer.error();
       return {};
     };

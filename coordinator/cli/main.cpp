@@ -46,6 +46,7 @@ void add_commands(CLI::App& app, CommandContext& context) {
   add_generate_command(app, context);
   add_bake_command(app, context);
   add_coordinate_command(app, context);
+  add_keygen_command(app, context);
   add_status_command(app, context);
   add_drain_command(app, context);
   add_cancel_command(app, context);

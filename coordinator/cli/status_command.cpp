@@ -13,7 +13,7 @@ namespace pvsfarm {
 namespace {
 
 struct StatusOptions {
-  std::string where;
+  CoordinatorAddress address;
   bool json = false;
 };
 
@@ -62,15 +62,18 @@ void print_text(const StatusReport& r) {
 void add_status_command(CLI::App& app, CommandContext& context) {
   auto options = std::make_shared<StatusOptions>();
   CLI::App* command = app.add_subcommand("status", "how far a running bake is");
-  command->add_option("where", options->where, "the bake's OUT.pvs, or its endpoint")->required();
+  add_coordinator_address(*command, options->address);
   command->add_flag("--json", options->json, "as one JSON object");
-  command->footer("Examples:\n  pvsfarm status city.pvs\n  pvsfarm status tcp://127.0.0.1:5555");
+  command->footer(
+      "Examples:\n  pvsfarm status city.pvs\n  pvsfarm status --connect tcp://host:5555 "
+      "--key admin.key --server-key farm.pub");
   command->callback([&context, options] {
     context.run = [options]() -> Status {
-      const Result<Message> answer = ask_coordinator(options->where, StatusGet{});
+      const Result<Message> answer = ask_coordinator(options->address, StatusGet{});
       if (!answer) return answer.error();
       const auto* report = std::get_if<StatusReport>(&*answer);
-      if (report == nullptr) return runtime_error(options->where + ": not a status in answer");
+      if (report == nullptr)
+        return runtime_error(options->address.name() + ": not a status in answer");
       options->json ? print_json(*report) : print_text(*report);
       return {};
     };

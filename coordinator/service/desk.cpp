@@ -75,7 +75,8 @@ void Desk::worker_exited(std::uint32_t pid) {
     if (session.hello.pid == pid) return gone(std::string(peer));
 }
 
-Status Desk::receive(const std::string& peer, const Result<Decoded>& decoded, Millis now) {
+Status Desk::receive(const std::string& peer, const Result<Decoded>& decoded, Millis now,
+                     Role role) {
   if (!decoded) {
     reject(peer, RejectCode::kBadMessage, decoded.error().text);
     warn("peer dropped: " + decoded.error().text);
@@ -83,6 +84,13 @@ Status Desk::receive(const std::string& peer, const Result<Decoded>& decoded, Mi
     return {};
   }
   const Message& message = decoded->message;
+  if (!permits(role, message)) {
+    const std::string text = std::string("a key of role ") + std::string(role_name(role)) +
+                             " may not send " + type_name(message);
+    reject(peer, RejectCode::kForbidden, text);
+    warn("peer refused: " + text);
+    return {};
+  }
   if (const auto* hello = std::get_if<Hello>(&message)) {
     on_hello(peer, *hello, now);
     return {};

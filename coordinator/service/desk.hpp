@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "common/wire/codec.hpp"
+#include "common/wire/roles.hpp"
 #include "coordinator/board/board.hpp"
 #include "coordinator/service/work.hpp"
 
@@ -62,8 +63,9 @@ class Desk {
   // `work` outlives the desk.
   Desk(DeskSettings settings, Work& work, Millis now);
 
-  // Errors (fatal): those of the work.
-  Status receive(const std::string& peer, const Result<Decoded>& decoded, Millis now);
+  // `role`: what the peer's key allows it. Errors (fatal): those of the work.
+  Status receive(const std::string& peer, const Result<Decoded>& decoded, Millis now,
+                 Role role = Role::kLocal);
   Status tick(Millis now);  // after every few messages, and not later than next_wake()
   std::vector<Outgoing> take_outgoing();
   Millis next_wake(Millis now) const;

@@ -1,5 +1,7 @@
 #include "coordinator/service/farm.hpp"
 
+#include <sys/resource.h>
+
 #include <random>
 
 #include "common/base/file.hpp"
@@ -42,16 +44,33 @@ void say_good_bye(Router& router, Desk& desk, const FarmLoop& loop) {
   for (const auto end = Clock::now() + 500ms; desk.session_count() > 0 && Clock::now() < end;) {
     router.wait(20ms);
     while (const auto received = router.receive())
-      if (Status late = desk.receive(received->peer, received->decoded, loop.now()); !late) return;
+      if (!desk.receive(received->peer, received->decoded, loop.now(), received->role)) return;
   }
+}
+
+// Each worker needs a file; what this process may have by default is 1,024.
+void raise_file_limit() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == limit.rlim_max) return;
+  limit.rlim_cur = limit.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &limit);
+}
+
+Result<std::unique_ptr<Router>> open_door(const FarmOptions& options, const PrivateFolder& folder) {
+  const std::string endpoint = options.endpoint.empty() ? folder.endpoint() : options.endpoint;
+  if (!options.keys) return Router::bind(endpoint);
+  Result<AllowList> allow = AllowList::read(options.keys->allow_path);
+  if (!allow) return allow.error();
+  return Router::bind(endpoint, ServerSecurity{options.keys->own, std::move(allow).value()});
 }
 
 }  // namespace
 
 Status run_farm(const FarmJob& job, Work& work, const PrivateFolder& folder,
                 const FarmOptions& options, const FarmObserver& observer, FarmFigures& figures) {
-  SignalWatch signals;
-  auto router = Router::bind(options.endpoint.empty() ? folder.endpoint() : options.endpoint);
+  SignalWatch signals(options.keys.has_value());
+  raise_file_limit();
+  auto router = open_door(options, folder);
   if (!router) return router.error();
   const std::string endpoint = (*router)->endpoint();
   if (job.listening)
@@ -59,13 +78,16 @@ Status run_farm(const FarmJob& job, Work& work, const PrivateFolder& folder,
   if (options.local_workers == 0 && observer.note) observer.note("listening on " + endpoint);
 
   const Clock::time_point start = Clock::now();
-  Desk desk(desk_settings(job, options, folder.scene_path(), start), work, Millis(0));
+  // Elsewhere the path would name another file, or none.
+  const std::string scene_path = is_local(endpoint) ? folder.scene_path() : "";
+  Desk desk(desk_settings(job, options, scene_path, start), work, Millis(0));
   LocalWorkers workers(worker_options(options, endpoint));
   const bool local = options.local_workers > 0;
   if (local && !desk.done())
     if (Status status = workers.start(); !status) return status;
 
   FarmLoop loop(**router, desk, work, local ? &workers : nullptr, signals, observer, start);
+  if (options.keys) loop.reload_at_hangup(options.keys->allow_path);
   const Status status = loop.run();
   if (!status && status.error().kind == kDiskFailed) {
     // No good-bye: workers elsewhere keep their results for the coordinator that is started again.

@@ -10,11 +10,18 @@
 
 #include "common/pvs/settings.hpp"
 #include "common/scene/scene.hpp"
+#include "common/wire/keys.hpp"
 #include "common/wire/messages.hpp"
 #include "coordinator/service/private_folder.hpp"
 #include "coordinator/service/work.hpp"
 
 namespace pvsfarm {
+
+// The coordinator's own key, and the file of those that are let in; it is read again at SIGHUP.
+struct FarmKeys {
+  KeyPair own;
+  std::string allow_path;
+};
 
 struct FarmOptions {
   std::string endpoint;        // "": an ipc endpoint in a private folder
@@ -23,6 +30,7 @@ struct FarmOptions {
   std::vector<std::string> worker_arguments;
   // Without progress for so long, a worker's cells go to others. [ms]
   std::chrono::milliseconds lease = std::chrono::seconds(30);
+  std::optional<FarmKeys> keys;  // none: then the endpoint must be one of this machine
 };
 
 // What happens meanwhile, for the command to show; each may be empty. Threads: the caller's.
@@ -45,10 +53,11 @@ struct FarmFigures {
   std::uint64_t workers = 0;  // sessions in all
 };
 
-// Requires: SIGINT, SIGTERM and SIGCHLD are this function's while it runs; folder.scene_path()
-// holds the scene's bundle.
-// Errors: those of the work; kIo (endpoint); kRuntime (no worker left); kInterrupted (Ctrl-C,
-// drain, cancel). `figures` holds but after kDiskFailed, which returns at once, without a good-bye.
+// Requires: SIGINT, SIGTERM, SIGCHLD and, with keys, SIGHUP are this function's while it runs;
+// folder.scene_path() holds the scene's bundle.
+// Errors: those of the work; kIo (endpoint); kRuntime (no worker left, keys keep nobody out);
+// kInterrupted (Ctrl-C, drain, cancel). `figures` holds but after kDiskFailed, which returns at
+// once, without a good-bye.
 Status run_farm(const FarmJob& job, Work& work, const PrivateFolder& folder,
                 const FarmOptions& options, const FarmObserver& observer, FarmFigures& figures);
 

@@ -19,7 +19,8 @@ Status FarmLoop::receive_some() {
       more_waiting_ = false;
       return {};
     }
-    if (Status status = desk_.receive(received->peer, received->decoded, now()); !status)
+    if (Status status = desk_.receive(received->peer, received->decoded, now(), received->role);
+        !status)
       return status;
   }
   return {};
@@ -90,6 +91,24 @@ bool FarmLoop::asked_to_stop() {
   return desk_.quiet() || now() >= *stop_at_;
 }
 
+// A list that cannot be read changes nothing: who was let in stays, and nobody comes in by mistake.
+void FarmLoop::reload_keys() {
+  Result<AllowList> list = AllowList::read(allow_path_);
+  if (!list) {
+    if (observer_.warning) observer_.warning("the keys stay as they were: " + list.error().text);
+    return;
+  }
+  const std::string count = std::to_string(list->size());
+  const std::vector<PeerId> cut = router_.allow(std::move(list).value());
+  for (const PeerId& peer : cut) {
+    router_.forget(peer);
+    desk_.gone(peer);
+  }
+  if (observer_.note)
+    observer_.note(allow_path_ + " read again: " + count +
+                   " keys; connections cut: " + std::to_string(cut.size()));
+}
+
 Status FarmLoop::run() {
   kept_kernel_ = desk_.pinned_kernel();
   while (!desk_.done()) {
@@ -108,6 +127,7 @@ Status FarmLoop::run() {
     const std::array<int, 1> events{signals_.fd()};
     router_.wait(std::clamp(wake - now(), 1ms, Millis(kProgressEvery)), events);
     signals_.drain();
+    if (signals_.take_hangup() && !allow_path_.empty()) reload_keys();
   }
   next_progress_ = Millis(0);
   say_how_far();

@@ -31,6 +31,9 @@ class FarmLoop {
   // worker left; kInterrupted, after what was on its way has come in or two seconds have passed.
   Status run();
 
+  // From then on SIGHUP has the keys that may come in read from this file.
+  void reload_at_hangup(std::string allow_path) { allow_path_ = std::move(allow_path); }
+
   Millis now() const { return std::chrono::duration_cast<Millis>(Clock::now() - start_); }
   std::uint64_t cells_done() const { return cells_done_; }
 
@@ -41,6 +44,7 @@ class FarmLoop {
   void send_all();
   void say_how_far();
   bool asked_to_stop();
+  void reload_keys();
 
   Router& router_;
   Desk& desk_;
@@ -50,6 +54,7 @@ class FarmLoop {
   const FarmObserver& observer_;
   Clock::time_point start_;
   std::string kept_kernel_;
+  std::string allow_path_;  // "": no keys
   Millis next_progress_{0};
   std::optional<Millis> stop_at_;
   std::uint64_t cells_done_ = 0;

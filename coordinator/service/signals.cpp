@@ -12,13 +12,15 @@
 namespace pvsfarm {
 namespace {
 
-constexpr std::array<int, 3> kSignals{SIGINT, SIGTERM, SIGCHLD};
-std::array<struct sigaction, 3> before;
-volatile sig_atomic_t interrupts = 0;
+constexpr std::array<int, 4> kSignals{SIGINT, SIGTERM, SIGCHLD, SIGHUP};
+std::array<struct sigaction, 4> before;
+volatile sig_atomic_t interrupts = 0, hangups = 0;
 int event = -1;
 
 void on_signal(int number) {
-  if (number != SIGCHLD) {
+  if (number == SIGHUP) {
+    hangups = 1;
+  } else if (number != SIGCHLD) {
     if (interrupts != 0) _exit(130);  // the journal is safe whenever we end
     interrupts = 1;
   }
@@ -28,15 +30,19 @@ void on_signal(int number) {
 
 }  // namespace
 
-SignalWatch::SignalWatch() {
+SignalWatch::SignalWatch(bool with_hangups) {
   PVS_CHECK_EQ(event, -1);
   event = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
   PVS_CHECK(event >= 0);
   interrupts = 0;
+  hangups = 0;
   struct sigaction action {};
   action.sa_handler = on_signal;
   action.sa_flags = SA_RESTART | SA_NOCLDSTOP;
-  for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &action, &before[i]);
+  for (std::size_t i = 0; i < kSignals.size(); ++i) {
+    const bool ours = kSignals[i] != SIGHUP || with_hangups;
+    sigaction(kSignals[i], ours ? &action : nullptr, &before[i]);
+  }
 }
 
 SignalWatch::~SignalWatch() {
@@ -46,6 +52,13 @@ SignalWatch::~SignalWatch() {
 }
 
 bool SignalWatch::interrupted() const { return interrupts != 0; }
+
+bool SignalWatch::take_hangup() {
+  if (hangups == 0) return false;
+  hangups = 0;
+  return true;
+}
+
 int SignalWatch::fd() const { return event; }
 
 void SignalWatch::drain() {

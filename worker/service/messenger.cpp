@@ -97,6 +97,7 @@ void Messenger::on_reject(const Reject& reject) {
       return;
     case RejectCode::kProtocol:
     case RejectCode::kKernel:
+    case RejectCode::kForbidden:
     case RejectCode::kBadResult:
       return leave(kExitDoNotRetry, "rejected: " + reject.text);
     case RejectCode::kBadMessage:

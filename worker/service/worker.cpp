@@ -78,6 +78,7 @@ class WorkerLoop {
   void prepare_scene();
   void drive_compute();
   void send_some();
+  void check_handshake();
   void check_limits();
   void fail(int exit_code, const Error& error);
 
@@ -93,7 +94,7 @@ class WorkerLoop {
   LeaseId running_lease_{};
   Millis last_busy_{0};
   std::optional<Millis> drain_since_;
-  bool ever_welcomed_ = false;
+  bool ever_welcomed_ = false, said_broken_ = false;
   std::optional<Leaving> failed_;
 };
 
@@ -116,7 +117,10 @@ void WorkerLoop::prepare_scene() {
   if (const std::optional<Welcome> wanted = messenger_.take_scene_request()) {
     scene_digest_ = wanted->scene;
     settings_ = wanted->settings;
-    waiting_scene_ = cache_.find(wanted->scene, wanted->scene_path);
+    // A path from the network is looked at only if it is from this machine, only read, and what
+    // is there counts only by its digest.
+    const bool here = is_local(options_.endpoint);
+    waiting_scene_ = cache_.find(wanted->scene, here ? wanted->scene_path : "");
     if (!waiting_scene_) {
       log_info("fetching the scene, " + std::to_string(wanted->scene_bytes) + " bytes");
       if (Status begun = cache_.begin(wanted->scene); !begun)
@@ -165,6 +169,26 @@ void WorkerLoop::send_some() {
   }
 }
 
+// A key that is not let in, or no keys where some are needed: waiting would not help.
+void WorkerLoop::check_handshake() {
+  const Dealer::Handshake handshake = dealer_->handshake();
+  if (handshake == Dealer::Handshake::kRefused) {
+    const std::string key =
+        options_.security ? "this key, " + hex_of(options_.security->keys.public_key) : "no keys";
+    return fail(kExitDoNotRetry,
+                runtime_error(options_.endpoint + ": the coordinator does not let in " + key));
+  }
+  if (handshake == Dealer::Handshake::kOther && !ever_welcomed_)
+    return fail(kExitDoNotRetry,
+                runtime_error(options_.endpoint +
+                              ": the coordinator uses keys and this worker none, or the other way "
+                              "round; see --key and --server-key"));
+  if (handshake == Dealer::Handshake::kBroken && options_.security && !said_broken_) {
+    said_broken_ = true;
+    log_warning(options_.endpoint + ": the coordinator hangs up; is --server-key its public key?");
+  }
+}
+
 void WorkerLoop::check_limits() {
   if (asked_to_leave != 0 && !drain_since_) {
     drain_since_ = now();
@@ -185,6 +209,7 @@ int WorkerLoop::run() {
   while (!messenger_.leaving() && !failed_) {
     receive_all();
     drive_compute();
+    check_handshake();
     check_limits();
     messenger_.tick(now());
     send_some();
@@ -204,7 +229,7 @@ int WorkerLoop::run() {
 
 int run_worker(const WorkerOptions& options, Workshop workshop) {
   catch_signals();
-  Result<std::unique_ptr<Dealer>> dealer = Dealer::connect(options.endpoint);
+  Result<std::unique_ptr<Dealer>> dealer = Dealer::connect(options.endpoint, options.security);
   if (!dealer) {
     log_error(dealer.error().text);
     return kExitDoNotRetry;

@@ -4,15 +4,17 @@
 
 #include <string>
 
+#include "common/wire/keys.hpp"
 #include "worker/service/compute.hpp"
 
 namespace pvsfarm {
 
 struct WorkerOptions {
   std::string endpoint;
-  std::string cache_folder;  // for scenes that are fetched
-  double max_idle_s = 0;     // leave after so long without a task; 0: never
-  std::string build;         // for people
+  std::optional<ClientSecurity> security;  // none: the endpoint needs no keys
+  std::string cache_folder;                // for scenes that are fetched
+  double max_idle_s = 0;                   // leave after so long without a task; 0: never
+  std::string build;                       // for people
   Kernel kernel;
 };
 

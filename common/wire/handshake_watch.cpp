@@ -1,0 +1,56 @@
+#include "common/wire/handshake_watch.hpp"
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+
+namespace pvsfarm {
+namespace {
+
+constexpr int kEvents = ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH |
+                        ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL;
+
+std::string next_name() {
+  static std::atomic<unsigned> count{0};
+  return "inproc://handshakes-" + std::to_string(++count);
+}
+
+}  // namespace
+
+HandshakeWatch::HandshakeWatch(zmq::context_t& context, zmq::socket_t& socket)
+    : watched_(socket), events_(context, zmq::socket_type::pair) {
+  const std::string name = next_name();
+  events_.set(zmq::sockopt::linger, 0);
+  if (zmq_socket_monitor(socket.handle(), name.c_str(), kEvents) != 0) throw zmq::error_t();
+  events_.connect(name);
+}
+
+HandshakeWatch::~HandshakeWatch() { zmq_socket_monitor(watched_.handle(), nullptr, 0); }
+
+HandshakeWatch::Last HandshakeWatch::next(std::chrono::milliseconds timeout) {
+  zmq::pollitem_t item{events_.handle(), 0, ZMQ_POLLIN, 0};
+  try {
+    zmq::poll(&item, 1, timeout);
+  } catch (const zmq::error_t& error) {
+    if (error.num() != EINTR) throw;
+  }
+  zmq::message_t event, address;
+  if (!events_.recv(event, zmq::recv_flags::dontwait)) return Last::kNothing;
+  if (event.more()) (void)events_.recv(address, zmq::recv_flags::dontwait);
+  std::uint16_t kind = 0;
+  if (event.size() >= sizeof kind) std::memcpy(&kind, event.data(), sizeof kind);
+  switch (kind) {
+    case ZMQ_EVENT_HANDSHAKE_SUCCEEDED:
+      return Last::kSucceeded;
+    case ZMQ_EVENT_HANDSHAKE_FAILED_AUTH:
+      return Last::kRefused;
+    case ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL:
+      return Last::kOther;
+    case ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL:
+      return Last::kBroken;
+    default:
+      return Last::kNothing;
+  }
+}
+
+}  // namespace pvsfarm
