@@ -34,7 +34,8 @@ namespace pvsfarm {
   X(Control, Control, CONTROL)                 \
   X(ControlAck, Empty, CONTROL_ACK)            \
   X(Inquiry, Inquiry, INQUIRY)                 \
-  X(FindingBegin, FindingBegin, FINDING_BEGIN)
+  X(FindingBegin, FindingBegin, FINDING_BEGIN) \
+  X(ChunkCredit, ChunkCredit, CHUNK_CREDIT)
 
 #define PVSFARM_DECLARE(Plain, Proto, Type)             \
   void pack(const Plain& plain, proto::Proto& message); \

@@ -20,11 +20,15 @@ namespace pvsfarm {
 
 inline constexpr std::uint32_t kProtocolMajor = 2;
 inline constexpr std::uint32_t kProtocolMinorLowest = 0;
-inline constexpr std::uint32_t kProtocolMinorHighest = 0;
+inline constexpr std::uint32_t kProtocolMinorHighest = 1;
 
 inline constexpr std::size_t kMaxHeaderBytes = 4 * 1024;
 inline constexpr std::size_t kMaxBodyBytes = 1024 * 1024;
 inline constexpr std::size_t kChunkBytes = 256 * 1024;  // of a blob or a result
+// Since minor version 1 a result over kFreeResultBytes waits for CHUNK_CREDIT.
+inline constexpr std::uint32_t kMinorWithCredit = 1;
+inline constexpr std::uint64_t kFreeResultBytes = 32 * 1024;
+inline constexpr std::uint64_t kCreditChunks = 8;  // on their way, a worker and direction
 inline constexpr std::size_t kMaxTaskCells = 256;
 inline constexpr std::size_t kMaxInquirySets = 2 * kMaxTaskCells;
 inline constexpr std::size_t kMaxInlineParentBytes = 512 * 1024;  // of a task; the rest by digest
@@ -67,6 +71,7 @@ enum class RejectCode {
   kBadMessage,
   kBadResult,
   kFull,
+  kBlocked,
   kForbidden = 35
 };
 struct Reject {
@@ -119,6 +124,7 @@ struct Heartbeat {
   struct Running {
     LeaseId lease{};
     std::uint64_t progress = 0;
+    std::vector<CellKey> cells;  // only of a lease that this coordinator has not renewed yet
   };
   std::vector<Running> running;
   std::uint64_t resident_bytes = 0;
@@ -160,6 +166,10 @@ struct ResultChunk {
 struct ResultEnd {
   LeaseId lease{};
   Digest digest;
+};
+struct ChunkCredit {
+  LeaseId lease{};
+  std::uint64_t chunks = 0;  // that may have been sent since RESULT_BEGIN
 };
 enum class ResultOutcome { kMerged = 1, kDuplicate, kStale, kResend, kMismatch };
 struct ResultAck {
@@ -220,10 +230,10 @@ struct Control {
 };
 struct ControlAck {};
 
-using Message =
-    std::variant<Hello, Welcome, Reject, Task, Heartbeat, HeartbeatAck, ResultBegin, ResultChunk,
-                 ResultEnd, ResultAck, TaskFailed, BlobGet, BlobChunk, Cancel, Drain, Draining, Bye,
-                 Shutdown, StatusGet, StatusReport, Control, ControlAck, Inquiry, FindingBegin>;
+using Message = std::variant<Hello, Welcome, Reject, Task, Heartbeat, HeartbeatAck, ResultBegin,
+                             ResultChunk, ResultEnd, ResultAck, TaskFailed, BlobGet, BlobChunk,
+                             Cancel, Drain, Draining, Bye, Shutdown, StatusGet, StatusReport,
+                             Control, ControlAck, Inquiry, FindingBegin, ChunkCredit>;
 
 // What a header says beside the type and the checksum.
 struct Envelope {

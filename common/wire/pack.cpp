@@ -135,6 +135,7 @@ void pack(const Heartbeat& plain, proto::Heartbeat& message) {
     proto::Heartbeat::Running& out = *message.add_running();
     out.set_lease(raw(running.lease));
     out.set_progress(running.progress);
+    for (const CellKey& key : running.cells) pack_key(key, *out.add_cells());
   }
   message.set_resident_bytes(plain.resident_bytes);
   message.set_ready(plain.ready);
@@ -170,6 +171,11 @@ void pack(const ResultChunk& plain, proto::ResultChunk& message) {
 void pack(const ResultEnd& plain, proto::ResultEnd& message) {
   message.set_lease(raw(plain.lease));
   message.set_digest(bytes_of(plain.digest.bytes));
+}
+
+void pack(const ChunkCredit& plain, proto::ChunkCredit& message) {
+  message.set_lease(raw(plain.lease));
+  message.set_chunks(plain.chunks);
 }
 
 void pack(const ResultAck& plain, proto::ResultAck& message) {

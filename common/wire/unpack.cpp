@@ -199,8 +199,15 @@ Status unpack(const proto::Task& in, Task& out) {
 Status unpack(const proto::Heartbeat& in, Heartbeat& out) {
   if (static_cast<std::size_t>(in.running_size()) > kMaxRunning)
     return refused("HEARTBEAT with too many leases");
-  for (const proto::Heartbeat::Running& running : in.running())
-    out.running.push_back({LeaseId{running.lease()}, running.progress()});
+  for (const proto::Heartbeat::Running& running : in.running()) {
+    Heartbeat::Running& to = out.running.emplace_back();
+    to.lease = LeaseId{running.lease()};
+    to.progress = running.progress();
+    if (static_cast<std::size_t>(running.cells_size()) > kMaxTaskCells)
+      return refused("HEARTBEAT with too many cells");
+    for (const proto::CellKey& key : running.cells())
+      if (!unpack_key(key, to.cells.emplace_back())) return refused("HEARTBEAT with a damaged key");
+  }
   out.resident_bytes = in.resident_bytes();
   out.ready = in.ready();
   return {};
@@ -247,6 +254,12 @@ Status unpack(const proto::ResultChunk& in, ResultChunk& out) {
 Status unpack(const proto::ResultEnd& in, ResultEnd& out) {
   out.lease = LeaseId{in.lease()};
   if (!copy_exact(in.digest(), out.digest.bytes)) return refused("RESULT_END without a digest");
+  return {};
+}
+
+Status unpack(const proto::ChunkCredit& in, ChunkCredit& out) {
+  out.lease = LeaseId{in.lease()};
+  out.chunks = in.chunks();
   return {};
 }
 

@@ -9,7 +9,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr WorkerId kAnn{1}, kBob{2};
+constexpr WorkerId kAnn{1}, kBob{2}, kCid{3};
 
 CellKey root(std::uint32_t i) { return {i, 1}; }
 
@@ -79,7 +79,7 @@ TEST(Board, a_lease_without_progress_runs_out_and_its_cells_go_to_another) {
 }
 
 TEST(Board, progress_renews_a_lease_and_those_waiting_behind_it) {
-  Board board = board_of(2);
+  Board board = board_of(2, {.deadline = 1h});
   board.join(kAnn, 1);
   const BoardTask running = *board.lease(kAnn, 0ms), waiting = *board.lease(kAnn, 0ms);
   for (int s = 10; s <= 100; s += 10) {
@@ -103,7 +103,7 @@ TEST(Board, a_worker_stuck_with_a_lease_gets_no_more_than_before) {
 }
 
 TEST(Board, a_task_that_never_arrived_runs_out_though_its_worker_is_busy) {
-  Board board = board_of(2);
+  Board board = board_of(2, {.deadline = 1h});
   board.join(kAnn, 1);
   const BoardTask running = *board.lease(kAnn, 0ms), lost = *board.lease(kAnn, 0ms);
   for (int s = 10; s <= 100; s += 10)
@@ -127,7 +127,9 @@ TEST(Board, a_lost_worker_returns_its_cells_and_a_leaving_one_without_blame) {
 TEST(Board, a_cell_that_failed_goes_alone) {
   Board board = board_of(100, {.task_ms = 75});
   board.join(kAnn, 1);
-  board.complete(board.lease(kAnn, 0ms)->cells[0], 10);
+  const BoardTask first = *board.lease(kAnn, 0ms);
+  board.complete(first.cells[0], 10);
+  board.finish(first.lease);
   const BoardTask many = *board.lease(kAnn, 0ms);
   ASSERT_EQ(many.cells.size(), 8u);
   board.fail(many.lease, Board::Failure::kTransient);
@@ -140,18 +142,24 @@ TEST(Board, a_cell_lost_too_often_is_given_up) {
   for (int i = 0; i < 11; ++i) {
     EXPECT_TRUE(board.take_given_up().empty()) << i;
     board.join(kAnn, 1);
-    ASSERT_TRUE(board.lease(kAnn, 0ms).has_value()) << i;
-    board.leave(kAnn, Board::Parting::kLost);
+    ASSERT_TRUE(board.lease(kAnn, i * 10s).has_value()) << i;
+    board.leave(kAnn, Board::Parting::kLost, i * 10s);
   }
   EXPECT_EQ(board.take_given_up(), std::vector<CellKey>{root(0)});
   EXPECT_TRUE(board.idle());
 }
 
-TEST(Board, a_cell_that_fails_for_a_reason_is_given_up_sooner) {
+TEST(Board, a_cell_that_fails_for_a_reason_on_three_workers_is_given_up) {
   Board board = board_of(1);
-  board.join(kAnn, 1);
-  for (int i = 0; i < 3; ++i)
-    board.fail(board.lease(kAnn, 0ms)->lease, Board::Failure::kDeterministic);
+  for (const WorkerId worker : {kAnn, kBob, kCid}) {
+    EXPECT_TRUE(board.take_given_up().empty());
+    board.join(worker, 1);
+  }
+  for (const WorkerId worker : {kAnn, kBob, kCid}) {
+    const BoardTask task = *board.lease(worker, 10s);
+    board.fail(task.lease, Board::Failure::kDeterministic, 10s);
+    EXPECT_FALSE(board.lease(worker, 20s).has_value());  // others may do better
+  }
   EXPECT_EQ(board.take_given_up(), std::vector<CellKey>{root(0)});
 }
 
@@ -159,10 +167,245 @@ TEST(Board, slow_cells_make_leases_longer) {
   Board board = board_of(2);
   board.join(kAnn, 1);
   const BoardTask first = *board.lease(kAnn, 0ms);
-  board.complete(first.cells[0], 10'000);
+  board.complete(first.cells[0], 16'000);  // told as its bucket's edge
   board.finish(first.lease);
-  board.lease(kAnn, 0ms);
-  EXPECT_EQ(board.next_expiry(), std::optional<Millis>(80s));
+  const BoardTask second = *board.lease(kAnn, 0ms);
+  // Without a word for 30 s, whatever cells cost; without progress for 4 steps.
+  EXPECT_EQ(board.next_expiry(), std::optional<Millis>(30s));
+  for (int s = 10; s <= 60; s += 10) board.renew(second.lease, 1, s * 1s);
+  EXPECT_EQ(board.next_expiry(), std::optional<Millis>(10s + 4 * 16'384ms));
+}
+
+TEST(Board, a_lease_ends_at_its_deadline_however_much_it_advances) {
+  Board board = board_of(1);
+  board.join(kAnn, 1);
+  const BoardTask task = *board.lease(kAnn, 0ms);
+  std::vector<BoardLease> gone;
+  int s = 0;
+  for (; gone.empty() && s < 100; s += 2) {
+    board.renew(task.lease, static_cast<std::uint64_t>(s + 1), s * 1s);
+    gone = board.expire(s * 1s + 1s);
+  }
+  EXPECT_EQ(gone, std::vector<BoardLease>{task.lease});
+  EXPECT_EQ(s, 62);
+}
+
+TEST(Board, each_attempt_has_twice_the_time) {
+  Board board = board_of(1);
+  board.join(kAnn, 1);
+  board.join(kBob, 1);
+  const BoardTask task = *board.lease(kAnn, 0ms);
+  for (int s = 2; s < 30; s += 2) board.renew(task.lease, 1, s * 1s);
+  board.expire(32s);
+  const BoardTask again = *board.lease(kBob, 32s);
+  for (int s = 33; s < 92; s += 2) board.renew(again.lease, 0, s * 1s);
+  EXPECT_TRUE(board.expire(91s).empty());
+  EXPECT_FALSE(board.expire(92s).empty());
+}
+
+TEST(Board, what_waited_at_a_lost_worker_is_not_blamed) {
+  Board board = board_of(2);
+  board.join(kAnn, 1);
+  const BoardTask ran = *board.lease(kAnn, 0ms), waited = *board.lease(kAnn, 0ms);
+  board.leave(kAnn, Board::Parting::kLost);
+  board.join(kBob, 1);
+  const BoardTask retry = *board.lease(kBob, 0ms);
+  EXPECT_EQ(retry.cells, ran.cells);
+  EXPECT_EQ(retry.attempt, 1u);
+  EXPECT_FALSE(board.lease(kBob, 0ms).has_value());  // on trial: alone at its worker
+  board.complete(ran.cells[0], 1);
+  board.finish(retry.lease);
+  EXPECT_EQ(board.lease(kBob, 0ms)->attempt, 0u);
+  EXPECT_EQ(board.leased_count(), 1u);
+  EXPECT_EQ(waited.cells.size(), 1u);
+}
+
+TEST(Board, a_retry_pauses_and_does_not_hold_up_the_rest) {
+  Board board = board_of(3);
+  board.join(kAnn, 1);
+  for (int i = 0; i < 2; ++i)
+    board.fail(board.lease(kAnn, 0ms)->lease, Board::Failure::kTransient, 0ms);
+  const BoardTask other = *board.lease(kAnn, 249ms);
+  EXPECT_EQ(other.cells[0], root(1));
+  board.complete(root(1), 1);
+  board.finish(other.lease);
+  const BoardTask again = *board.lease(kAnn, 250ms);
+  EXPECT_EQ(again.cells[0], root(0));
+  EXPECT_EQ(again.attempt, 2u);
+}
+
+TEST(Board, a_straggler_is_copied_once_when_nothing_is_pending) {
+  Board board = board_of(4);
+  board.join(kAnn, 1);
+  board.join(kBob, 1);
+  board.join(kCid, 1);
+  const BoardTask slow = *board.lease(kAnn, 0ms);
+  for (int i = 1; i <= 3; ++i) {
+    const BoardTask task = *board.lease(kBob, Millis(i * 1000));
+    EXPECT_EQ(task.cells.size(), 1u);
+    board.complete(task.cells[0], 1000);
+    board.finish(task.lease, Millis(i * 1000 + 1000));
+  }
+  EXPECT_FALSE(board.lease(kCid, 2s).has_value());  // not late yet
+  const BoardTask copy = *board.lease(kBob, 4s);
+  EXPECT_EQ(copy.cells, slow.cells);
+  EXPECT_FALSE(board.lease(kCid, 60s).has_value());  // one copy
+  board.complete(slow.cells[0], 1000);
+  board.finish(copy.lease, 5s);
+  EXPECT_EQ(board.take_superseded(), std::vector<BoardLease>{slow.lease});
+  EXPECT_TRUE(board.idle());
+  EXPECT_EQ(board.lease_count(kAnn), 1u);  // still busy with it
+  board.release_expired(kAnn, {});
+  EXPECT_EQ(board.lease_count(kAnn), 0u);
+}
+
+TEST(Board, a_copy_that_fails_leaves_the_cell_to_the_first_and_the_other_way_round) {
+  for (const bool first_fails : {false, true}) {
+    Board board = board_of(2);
+    board.join(kAnn, 1);
+    board.join(kBob, 1);
+    const BoardTask slow = *board.lease(kAnn, 0ms), fast = *board.lease(kBob, 0ms);
+    board.complete(fast.cells[0], 100);
+    board.finish(fast.lease, 100ms);
+    const BoardTask copy = *board.lease(kBob, 10s);
+    board.fail(first_fails ? slow.lease : copy.lease, Board::Failure::kTransient, 11s);
+    EXPECT_EQ(board.pending_count(), 0u);
+    EXPECT_EQ(board.leased_count(), 1u);
+    board.fail(first_fails ? copy.lease : slow.lease, Board::Failure::kTransient, 11s);
+    EXPECT_EQ(board.pending_count(), 1u);
+    EXPECT_EQ(board.leased_count(), 0u);
+  }
+}
+
+TEST(Board, what_waits_behind_a_straggler_is_moved) {
+  Board board = board_of(3);
+  board.join(kAnn, 1);
+  board.join(kBob, 1);
+  const BoardTask runs = *board.lease(kAnn, 0ms), waits = *board.lease(kAnn, 0ms);
+  const BoardTask fast = *board.lease(kBob, 0ms);
+  board.complete(fast.cells[0], 100);
+  board.finish(fast.lease, 100ms);
+  const BoardTask copied = *board.lease(kBob, 10s);
+  EXPECT_EQ(copied.cells, runs.cells);
+  board.complete(runs.cells[0], 100);
+  board.finish(copied.lease, 11s);
+  EXPECT_EQ(board.take_superseded(), std::vector<BoardLease>{runs.lease});
+  const BoardTask moved = *board.lease(kBob, 11s);
+  EXPECT_EQ(moved.cells, waits.cells);
+  EXPECT_EQ(board.take_superseded(), std::vector<BoardLease>{waits.lease});
+  EXPECT_FALSE(board.renew(waits.lease, 0, 12s));
+  EXPECT_EQ(board.copies(), 1u);
+}
+
+TEST(Board, a_worker_that_names_what_it_computes_keeps_it) {
+  Board board = board_of(3);
+  board.join(kAnn, 1);
+  EXPECT_TRUE(board.adopt(kAnn, BoardLease{1ull << 40}, {root(0), root(7)}, 0ms));
+  EXPECT_FALSE(board.adopt(kAnn, BoardLease{2ull << 40}, {root(8)}, 0ms));
+  EXPECT_EQ(board.pending_count(), 2u);
+  EXPECT_TRUE(board.renew(BoardLease{1ull << 40}, 5, 29s));
+  EXPECT_TRUE(board.expire(58s).empty());
+  EXPECT_FALSE(board.expire(59s).empty());
+  EXPECT_EQ(board.pending_count(), 3u);
+}
+
+namespace {
+// One more cell of `board` fails on a worker.
+CellKey fail_on(Board& board, WorkerId worker, Millis now) {
+  const BoardTask task = *board.lease(worker, now);
+  EXPECT_EQ(task.cells.size(), 1u);
+  board.fail(task.lease, Board::Failure::kDeterministic, now);
+  return task.cells[0];
+}
+}  // namespace
+
+TEST(Board, a_worker_that_never_did_well_is_blocked_after_three_cells) {
+  Board board = board_of(9);
+  board.join(kAnn, 1);
+  board.join(kBob, 1);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_TRUE(board.take_blocked().empty());
+    fail_on(board, kAnn, 0ms);
+  }
+  const std::vector<Board::Blocked> blocked = board.take_blocked();
+  ASSERT_EQ(blocked.size(), 1u);
+  EXPECT_EQ(blocked[0].worker, kAnn);
+  EXPECT_EQ(blocked[0].cells, 3u);
+}
+
+TEST(Board, a_worker_is_blocked_for_cells_that_others_complete_and_not_for_poison_ones) {
+  for (const bool poison : {false, true}) {
+    Board board = board_of(9);
+    for (const WorkerId worker : {kAnn, kBob, kCid}) {
+      board.join(worker, 1);
+      board.did_well(worker);
+    }
+    std::vector<CellKey> failed;
+    for (int i = 0; i < 3; ++i) failed.push_back(fail_on(board, kAnn, 0ms));
+    EXPECT_TRUE(board.take_blocked().empty());  // it did well before
+    for (int i = 0; i < 3; ++i) {
+      if (poison) {
+        EXPECT_EQ(fail_on(board, kBob, 1s), failed[static_cast<std::size_t>(i)]);
+        EXPECT_EQ(fail_on(board, kCid, 1s), failed[static_cast<std::size_t>(i)]);
+      } else {
+        const BoardTask task = *board.lease(kBob, 1s);
+        board.complete(task.cells[0], 1);
+        board.finish(task.lease, 1s);
+      }
+    }
+    EXPECT_EQ(board.take_blocked().size(), poison ? 0u : 1u);
+    EXPECT_EQ(board.take_given_up().size(), poison ? 3u : 0u);
+  }
+}
+
+TEST(Board, a_machine_whose_workers_crash_one_after_the_other_is_blocked) {
+  Board board = board_of(20, {.leases_per_slot = 1});
+  for (std::uint64_t i = 201; i <= 203; ++i) {
+    EXPECT_TRUE(board.take_blocked().empty());
+    board.join(WorkerId{i}, 1, MachineId{7});
+    const BoardTask task = *board.lease(WorkerId{i}, 0ms);
+    board.leave(WorkerId{i}, Board::Parting::kLost);
+    board.complete(task.cells[0], 1);
+  }
+  const std::vector<Board::Blocked> blocked = board.take_blocked();
+  ASSERT_EQ(blocked.size(), 1u);
+  EXPECT_FALSE(blocked[0].worker.has_value());
+  EXPECT_EQ(blocked[0].machine, MachineId{7});
+}
+
+TEST(Board, workers_lost_together_or_come_back_are_no_crash_loop) {
+  Board board = board_of(40, {.leases_per_slot = 1});
+  for (int round = 0; round < 5; ++round) {
+    for (std::uint64_t i = 1; i <= 4; ++i) board.join(WorkerId{i}, 1, MachineId{7});
+    for (std::uint64_t i = 1; i <= 4; ++i) board.lease(WorkerId{i}, round * 60s);
+    for (std::uint64_t i = 1; i <= 4; ++i)
+      board.leave(WorkerId{i}, Board::Parting::kLost, round * 60s);
+  }
+  EXPECT_TRUE(board.take_blocked().empty());
+}
+
+TEST(Board, a_cell_that_is_done_again_goes_to_another_worker) {
+  Board board = board_of(0);
+  board.join(kAnn, 1);
+  board.join(kBob, 1);
+  board.add_again(root(4), kAnn);
+  EXPECT_FALSE(board.idle());
+  EXPECT_FALSE(board.lease(kAnn, 0ms).has_value());
+  EXPECT_EQ(board.lease(kBob, 0ms)->cells[0], root(4));
+}
+
+TEST(StepTimes, quantiles_are_told_to_one_part_in_eight_and_never_too_small) {
+  StepTimes times;
+  EXPECT_EQ(times.quantile(0.95).count(), 0);
+  for (int ms = 1; ms <= 1000; ++ms) times.add(ms);
+  for (const double q : {0.1, 0.5, 0.95, 1.0}) {
+    const auto told = static_cast<double>(times.quantile(q).count());
+    EXPECT_GE(told, q * 1000);
+    EXPECT_LE(told, q * 1000 * 1.125 + 1);
+  }
+  times.add(1e300);
+  times.add(0);
+  EXPECT_GT(times.quantile(1).count(), 1'000'000);
 }
 
 TEST(Board, a_result_that_misses_a_cell_gives_it_back) {

@@ -76,7 +76,7 @@ std::vector<Message> one_of_each() {
                   .kernel_id = digest},
           Reject{RejectCode::kKernel, "no"},
           some_task(),
-          Heartbeat{{{LeaseId{1}, 2}}, 3},
+          Heartbeat{{{LeaseId{1}, 2, {CellKey{3, 9}}}}, 3},
           HeartbeatAck{{LeaseId{1}}, {LeaseId{2}}},
           begin,
           ResultChunk{LeaseId{5}, 10, some_bytes(20)},
@@ -95,7 +95,8 @@ std::vector<Message> one_of_each() {
           Control{ControlKind::kCancel},
           ControlAck{},
           some_inquiry(),
-          FindingBegin{LeaseId{6}, 30, {{10, 1.5}, {20, 2}}}};
+          FindingBegin{LeaseId{6}, 30, {{10, 1.5}, {20, 2}}},
+          ChunkCredit{LeaseId{6}, 9}};
 }
 
 std::span<const std::byte> view(const std::string& s) { return std::as_bytes(std::span(s)); }
