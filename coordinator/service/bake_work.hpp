@@ -17,6 +17,7 @@ class BakeWork : public Work {
   Status accept(const WorkResult& result, WorkAnswer& answer) override;
   std::string give_up(const CellKey& key) override;
   std::size_t uncommitted() const override { return log_.uncommitted(); }
+  bool adopts() const override { return true; }
   Status commit() override { return log_.commit(); }
   bool disk_full() const override { return log_.disk_full(); }
   Status keep_kernel(const std::string& kernel) override { return log_.set_kernel(kernel); }

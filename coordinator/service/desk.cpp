@@ -8,7 +8,8 @@
 namespace pvsfarm {
 namespace {
 
-constexpr std::size_t kMaxWarnings = 100;  // waiting to be logged
+constexpr std::size_t kMaxWarnings = 100;          // waiting to be logged
+constexpr std::size_t kMaxIdentities = 64 * 1024;  // then those that left are forgotten
 
 }  // namespace
 
@@ -19,7 +20,8 @@ Desk::Desk(DeskSettings settings, Work& work, Millis now)
       work_(work),
       board_(settings_.limits.board, (settings_.epoch & 0xffffffff) << 32 | 1),
       start_(now),
-      ticked_(now) {
+      ticked_(now),
+      credit_(settings_.limits.incoming_bytes) {
   open_more();
 }
 
@@ -51,12 +53,13 @@ void Desk::reject(const std::string& peer, RejectCode code, std::string text) {
   reply(peer, Reject{code, std::move(text)});
 }
 
-void Desk::drop(const std::string& peer, Board::Parting parting) {
+void Desk::drop(const std::string& peer, Board::Parting parting, Millis now) {
   const auto found = sessions_.find(peer);
   if (found == sessions_.end()) return;
   Session& session = found->second;
-  if (session.incoming) incoming_bytes_ -= session.incoming->bytes;
-  board_.leave(session.worker, parting);
+  forget_incoming(session);
+  blobs_arrived(session, 0);
+  board_.leave(session.worker, parting, now);
   peers_.erase(session.worker);
   hungry_.erase(peer);
   sessions_.erase(found);
@@ -67,7 +70,7 @@ void Desk::gone(const std::string& peer) {
   if (found == sessions_.end()) return;
   if (board_.lease_count(found->second.worker) > 0)
     warn(worker_name(found->second.hello) + ": connection lost; its cells go to others");
-  drop(peer, Board::Parting::kLost);
+  drop(peer, Board::Parting::kLost, ticked_);
 }
 
 void Desk::worker_exited(std::uint32_t pid) {
@@ -80,7 +83,7 @@ Status Desk::receive(const std::string& peer, const Result<Decoded>& decoded, Mi
   if (!decoded) {
     reject(peer, RejectCode::kBadMessage, decoded.error().text);
     warn("peer dropped: " + decoded.error().text);
-    drop(peer, Board::Parting::kLost);
+    drop(peer, Board::Parting::kLost, now);
     return {};
   }
   const Message& message = decoded->message;
@@ -136,20 +139,46 @@ std::string Desk::refusal(const Hello& hello, RejectCode& code) const {
   if (theirs != ours)
     return "kernel: the worker has " + theirs + ", this bake needs " + ours +
            "; run the pvsfarm-worker of the coordinator's release";
+  code = blocked_code(hello);
+  if (std::string text = block_of(hello); !text.empty()) return text;
   code = RejectCode::kFull;
   if (sessions_.size() >= settings_.limits.sessions)
     return "the coordinator has its limit of " + std::to_string(sessions_.size()) + " workers";
   return "";
 }
 
+std::string Desk::block_of(const Hello& hello) const {
+  if (const auto worker = identities_.find(hello.worker); worker != identities_.end())
+    if (const auto block = blocked_workers_.find(worker->second); block != blocked_workers_.end())
+      return block->second;
+  if (const auto machine = machines_.find(hello.host); machine != machines_.end())
+    if (const auto block = blocked_machines_.find(machine->second);
+        block != blocked_machines_.end())
+      return block->second;
+  return "";
+}
+
+// What makes a worker end and not be started again, in words that it knows.
+RejectCode Desk::blocked_code(const Hello& hello) {
+  return hello.minor_highest >= kMinorWithCredit ? RejectCode::kBlocked : RejectCode::kBadResult;
+}
+
+WorkerId Desk::identity_of(const Hello& hello) {
+  if (identities_.size() >= kMaxIdentities)
+    std::erase_if(identities_, [&](const auto& known) {
+      return peers_.count(known.second) == 0 && blocked_workers_.count(known.second) == 0;
+    });
+  const auto [at, fresh] = identities_.try_emplace(hello.worker, WorkerId{last_worker_ + 1});
+  if (fresh) ++last_worker_;
+  return at->second;
+}
+
 void Desk::on_hello(const std::string& peer, const Hello& hello, Millis now) {
   // A worker that says HELLO again has forgotten its tasks, or lost its connection.
-  drop(peer, Board::Parting::kGraceful);
-  for (const auto& [other, session] : sessions_)
-    if (session.hello.worker == hello.worker) {
-      drop(std::string(other), Board::Parting::kGraceful);
-      break;
-    }
+  drop(peer, Board::Parting::kGraceful, now);
+  if (const auto known = identities_.find(hello.worker); known != identities_.end())
+    if (const auto other = peers_.find(known->second); other != peers_.end())
+      drop(std::string(other->second), Board::Parting::kGraceful, now);
   RejectCode code{};
   if (const std::string text = refusal(hello, code); !text.empty()) {
     reject(peer, code, text);
@@ -160,10 +189,12 @@ void Desk::on_hello(const std::string& peer, const Hello& hello, Millis now) {
     settings_.pinned_kernel = describe(hello.kernel, settings_.evaluator);
   kernel_id_ = kernel_id(hello.kernel, settings_.evaluator, settings_.scene_digest);
 
-  Session session{.worker = WorkerId{++last_worker_}, .token = last_worker_, .hello = hello};
+  Session session{.worker = identity_of(hello), .token = ++last_token_, .hello = hello};
+  const MachineId next_machine{machines_.size() + 1};
+  session.machine = machines_.try_emplace(hello.host, next_machine).first->second;
   session.minor = std::min(hello.minor_highest, kProtocolMinorHighest);
   session.heard = session.sent = now;
-  board_.join(session.worker, hello.slots);
+  board_.join(session.worker, hello.slots, session.machine);
   peers_[session.worker] = peer;
   sessions_[peer] = std::move(session);
   reply(peer, Welcome{sessions_[peer].minor, settings_.evaluator, settings_.scene_digest,
@@ -176,86 +207,28 @@ Status Desk::dispatch(const std::string& peer, Session& session, const Message& 
   if (const auto* beat = std::get_if<Heartbeat>(&message)) {
     return on_heartbeat(peer, session, *beat, now);
   } else if (const auto* begin = std::get_if<ResultBegin>(&message)) {
-    on_begin(session, begin->lease, begin->bytes, *begin);
+    on_begin(session, begin->lease, begin->bytes, *begin, now);
   } else if (const auto* finding = std::get_if<FindingBegin>(&message)) {
-    on_begin(session, finding->lease, finding->bytes, *finding);
+    on_begin(session, finding->lease, finding->bytes, *finding, now);
   } else if (const auto* chunk = std::get_if<ResultChunk>(&message)) {
-    on_chunk(session, *chunk);
+    on_chunk(peer, session, *chunk, now);
   } else if (const auto* end = std::get_if<ResultEnd>(&message)) {
     return on_end(peer, session, *end, now);
   } else if (const auto* failed = std::get_if<TaskFailed>(&message)) {
-    on_failed(session, *failed);
-    return hand_out(peer, session, now);
+    on_failed(session, *failed, now);
+    turn_out_blocked();
+    const auto still = sessions_.find(peer);
+    return still == sessions_.end() ? Status{} : hand_out(peer, still->second, now);
   } else if (const auto* get = std::get_if<BlobGet>(&message)) {
-    on_blob_get(peer, *get);
+    on_blob_get(peer, session, *get, now);
   } else if (std::holds_alternative<Draining>(message)) {
     board_.stop_leasing(session.worker);
   } else if (std::holds_alternative<Bye>(message)) {
-    drop(peer, Board::Parting::kGraceful);
+    drop(peer, Board::Parting::kGraceful, now);
   } else {
     reject(peer, RejectCode::kBadMessage, "not a message for a coordinator");
-    drop(peer, Board::Parting::kLost);
+    drop(peer, Board::Parting::kLost, now);
   }
-  return {};
-}
-
-Status Desk::on_heartbeat(const std::string& peer, Session& session, const Heartbeat& beat,
-                          Millis now) {
-  session.resident_bytes = beat.resident_bytes;
-  HeartbeatAck ack;
-  std::set<BoardLease> still;
-  for (const Heartbeat::Running& running : beat.running) {
-    const BoardLease id = board_id(running.lease);
-    const bool renewed =
-        board_.holder(id) == session.worker && board_.renew(id, running.progress, now);
-    still.insert(id);
-    (renewed ? ack.renewed : ack.cancelled).push_back(running.lease);
-  }
-  reply(peer, std::move(ack));
-  session.sent = now;
-  board_.release_expired(session.worker, still);
-  session.ready = beat.ready;
-  return hand_out(peer, session, now);
-}
-
-void Desk::on_failed(const Session& session, const TaskFailed& failed) {
-  const BoardLease id = board_id(failed.lease);
-  if (board_.holder(id) != session.worker) return;
-  warn(worker_name(session.hello) + ": " + failed.text);
-  board_.fail(id, failed.kind == FailureKind::kDeterministic ? Board::Failure::kDeterministic
-                                                             : Board::Failure::kTransient);
-}
-
-void Desk::on_blob_get(const std::string& peer, const BlobGet& get) {
-  SharedSet keep;
-  std::span<const std::byte> blob;
-  if (get.digest == settings_.scene_digest) {
-    blob = settings_.scene;
-  } else if ((keep = shelf_.find(get.digest))) {
-    blob = *keep;
-  }
-  BlobChunk chunk{.digest = get.digest, .offset = get.offset, .total_bytes = blob.size()};
-  if (get.offset > blob.size()) chunk.offset = blob.size();
-  const std::span<const std::byte> rest = blob.subspan(chunk.offset);
-  const std::span<const std::byte> part = rest.first(std::min(rest.size(), kChunkBytes));
-  chunk.data.assign(part.begin(), part.end());
-  reply(peer, std::move(chunk));
-}
-
-Status Desk::hand_out(const std::string& peer, Session& session, Millis now) {
-  if (!leasing_ || work_.disk_full() || !session.ready ||
-      now - session.heard > settings_.limits.suspect)
-    return {};
-  const auto together = [&](const CellKey& first, const CellKey& next) {
-    return work_.together(first, next);
-  };
-  while (const std::optional<BoardTask> task = board_.lease(session.worker, now, together)) {
-    Result<Message> message = work_.task(*task, shelf_);
-    if (!message) return message.error();
-    reply(peer, std::move(message).value());
-    session.sent = now;
-  }
-  if (board_.pending_count() == 0) hungry_.insert(peer);
   return {};
 }
 
@@ -288,6 +261,8 @@ Status Desk::commit_if_due(Millis now) {
 
 void Desk::look_after_sessions(Millis now) {
   const DeskLimits& limits = settings_.limits;
+  if (now < next_session_look_) return;
+  next_session_look_ = now + limits.heartbeat / 8;
   std::vector<std::string> lost;
   for (auto& [peer, session] : sessions_) {
     const Millis silent = now - session.heard;
@@ -298,17 +273,12 @@ void Desk::look_after_sessions(Millis now) {
       reply(peer, HeartbeatAck{});
       session.sent = now;
     }
+    if (session.incoming && session.incoming->granted > 0 && !work_.disk_full() &&
+        now - session.incoming->touched > limits.upload_stalls)
+      forget_incoming(session);  // its END is answered with a wish for all of it
   }
   for (const std::string& peer : lost) gone(peer);
-}
-
-// The deadline has passed: nothing more is given away, what runs is called back, and what its
-// workers have of it so far is awaited for a moment.
-void Desk::cut_off(Millis now) {
-  cut_off_at_ = now + settings_.limits.cut_off;
-  leasing_ = false;
-  for (const BoardLease lease : board_.clear())
-    reply(peers_.at(*board_.holder(lease)), Cancel{{wire_id(lease)}});
+  forget_blobs(now);
 }
 
 Status Desk::tick(Millis now) {
@@ -319,17 +289,16 @@ Status Desk::tick(Millis now) {
     reply(peer, Cancel{{wire_id(lease)}});
   }
   look_after_sessions(now);
+  turn_out_blocked();
+  cancel_superseded();
   for (const CellKey& key : board_.take_given_up())
     warn(work_.name_of(key) + ": " + work_.give_up(key));
   if (settings_.deadline && now >= *settings_.deadline && !cut_off_at_) cut_off(now);
   open_more();
+  if (Status status = take_held(now); !status) return status;
+  give_credit(now);
   if (Status status = commit_if_due(now); !status) return status;
-  while (leasing_ && !work_.disk_full() && board_.pending_count() > 0 && !hungry_.empty()) {
-    const std::string peer = *hungry_.begin();
-    hungry_.erase(hungry_.begin());
-    if (Status status = hand_out(peer, sessions_.at(peer), now); !status) return status;
-  }
-  return {};
+  return feed_hungry(now);
 }
 
 std::vector<Outgoing> Desk::take_outgoing() { return std::exchange(outgoing_, {}); }
@@ -340,7 +309,9 @@ Millis Desk::next_wake(Millis now) const {
   if (cut_off_at_) next = std::min(next, *cut_off_at_);
   if (work_.disk_full())
     next = std::min(next, commit_again_);
-  else if (work_.uncommitted() > 0)
+  else if (!hungry_.empty() && !board_.idle())
+    next = std::min(next, next_spare_look_);
+  if (!work_.disk_full() && work_.uncommitted() > 0)
     next = std::min(next, oldest_uncommitted_ + settings_.limits.commit_delay);
   return next;
 }

@@ -18,6 +18,7 @@
 #include "common/wire/codec.hpp"
 #include "common/wire/roles.hpp"
 #include "coordinator/board/board.hpp"
+#include "coordinator/service/credit_pool.hpp"
 #include "coordinator/service/work.hpp"
 
 namespace pvsfarm {
@@ -31,7 +32,10 @@ struct DeskLimits {
   std::size_t commit_rows = 64;
   Millis disk_full_retry{4'000};
   std::size_t sessions = 4096;
-  std::size_t incoming_bytes = 512u << 20;  // of all results on their way in
+  std::uint64_t incoming_bytes = kMaxResultBytes;  // of all results on their way in
+  std::size_t held_results = 16'384;               // complete, while the work is paused
+  Millis upload_stalls{30'000};                    // a result that stays away is given up
+  std::size_t blob_chunks = 1024;                  // on their way out, to all workers
   BoardLimits board;
 };
 
@@ -81,18 +85,28 @@ class Desk {
   bool cancel_asked() const { return cancel_asked_; }
   const std::string& pinned_kernel() const { return settings_.pinned_kernel; }
   std::size_t session_count() const { return sessions_.size(); }
-  std::uint64_t sessions_seen() const { return last_worker_; }
+  std::uint64_t workers_seen() const { return last_worker_; }
+  std::uint64_t copies() const { return board_.copies(); }
   StatusReport status(Millis now);
   std::vector<std::string> take_warnings() { return std::exchange(warnings_, {}); }
 
  private:
   struct Incoming {
     WorkResult result;
-    std::uint64_t bytes = 0;  // announced
+    std::uint64_t bytes = 0;    // announced
+    std::uint64_t granted = 0;  // chunks that may have been sent; 0: waits for its turn
+    bool on_credit = false;
     bool broken = false;
+    Millis touched{};
+  };
+  struct Held {  // complete, but the work is paused
+    std::string peer;
+    WorkerId worker{};
+    WorkResult result;
   };
   struct Session {
     WorkerId worker{};
+    MachineId machine{};
     std::uint64_t token = 0;
     std::uint32_t minor = 0;
     Hello hello;
@@ -101,6 +115,12 @@ class Desk {
     std::uint64_t cells_done = 0;
     std::uint64_t resident_bytes = 0;
     std::unique_ptr<Incoming> incoming;
+    std::size_t blob_chunks = 0;  // on their way to it, as far as one can know
+    Millis blob_asked{};
+  };
+  struct BlobAsked {
+    std::string peer;
+    BlobGet get;
   };
   struct PendingAck {
     std::string peer;
@@ -109,22 +129,35 @@ class Desk {
 
   void reply(const std::string& peer, Message message);
   void reject(const std::string& peer, RejectCode code, std::string text);
-  void drop(const std::string& peer, Board::Parting parting);
+  void drop(const std::string& peer, Board::Parting parting, Millis now);
   void warn(std::string text);
 
   void on_hello(const std::string& peer, const Hello& hello, Millis now);
   std::string refusal(const Hello& hello, RejectCode& code) const;
+  std::string block_of(const Hello& hello) const;  // "" for none
+  static RejectCode blocked_code(const Hello& hello);
+  WorkerId identity_of(const Hello& hello);
   Status dispatch(const std::string& peer, Session& session, const Message& message, Millis now);
   Status on_heartbeat(const std::string& peer, Session& session, const Heartbeat& beat, Millis now);
   void on_begin(Session& session, LeaseId lease, std::uint64_t bytes,
-                std::variant<ResultBegin, FindingBegin> head);
-  void on_chunk(Session& session, const ResultChunk& chunk);
+                std::variant<ResultBegin, FindingBegin> head, Millis now);
+  void on_chunk(const std::string& peer, Session& session, const ResultChunk& chunk, Millis now);
+  void forget_incoming(Session& session);
+  void give_credit(Millis now);
+  Status take_held(Millis now);
   Status on_end(const std::string& peer, Session& session, const ResultEnd& end, Millis now);
-  Status take(const std::string& peer, Session& session, const WorkResult& result, Millis now);
-  void on_failed(const Session& session, const TaskFailed& failed);
-  void on_blob_get(const std::string& peer, const BlobGet& get);
+  Status take(const std::string& peer, WorkerId worker, const WorkResult& result, Millis now);
+  void on_failed(const Session& session, const TaskFailed& failed, Millis now);
+  void on_blob_get(const std::string& peer, Session& session, const BlobGet& get, Millis now);
+  void send_blob(const std::string& peer, const BlobGet& get);
+  void send_blobs(Millis now);
+  void forget_blobs(Millis now);
+  void blobs_arrived(Session& session, std::size_t still_on_their_way);
 
   Status hand_out(const std::string& peer, Session& session, Millis now);
+  Status feed_hungry(Millis now);
+  void cancel_superseded();
+  void turn_out_blocked();
   void open_more();
   void cut_off(Millis now);
   Status commit_if_due(Millis now);
@@ -144,11 +177,20 @@ class Desk {
   std::vector<std::string> warnings_;
   std::string last_error_;
   Millis start_{}, oldest_uncommitted_{};
-  Millis commit_again_{};  // not before that, while the disk is full
+  Millis commit_again_{};             // not before that, while the disk is full
   std::optional<Millis> cut_off_at_;  // the deadline has passed
   Millis ticked_{};
-  std::size_t incoming_bytes_ = 0;
-  std::uint64_t last_worker_ = 0;
+  Millis next_spare_look_{};
+  Millis next_session_look_{};
+  CreditPool credit_;
+  std::deque<Held> held_;
+  std::deque<BlobAsked> blobs_asked_;
+  std::size_t blob_chunks_ = 0;  // on their way out
+  std::map<WorkerUuid, WorkerId> identities_;
+  std::map<std::string, MachineId> machines_;  // by the host's name
+  std::map<WorkerId, std::string> blocked_workers_;
+  std::map<MachineId, std::string> blocked_machines_;
+  std::uint64_t last_worker_ = 0, last_token_ = 0;
   bool leasing_ = true;
   bool drain_asked_ = false, cancel_asked_ = false;
 };

@@ -1,62 +1,135 @@
-// The way of a result: begin, chunks, end, the work, and the answer once it is durable.
+// The way of a result: begin, credit, chunks, end, the work, and the answer once it is durable.
+#include <algorithm>
+
 #include "coordinator/service/desk.hpp"
 
 namespace pvsfarm {
 
-void Desk::on_begin(Session& session, LeaseId lease, std::uint64_t bytes,
-                    std::variant<ResultBegin, FindingBegin> head) {
-  if (session.incoming) incoming_bytes_ -= session.incoming->bytes;
-  session.incoming = std::make_unique<Incoming>();
-  session.incoming->result = {.lease = lease, .head = std::move(head)};
-  session.incoming->bytes = bytes;
-  incoming_bytes_ += bytes;
-  session.incoming->broken = incoming_bytes_ > settings_.limits.incoming_bytes;
+void Desk::forget_incoming(Session& session) {
+  if (!session.incoming) return;
+  if (session.incoming->on_credit)
+    credit_.release(session.worker);
+  else
+    credit_.free(session.incoming->bytes);
+  session.incoming.reset();
 }
 
-void Desk::on_chunk(Session& session, const ResultChunk& chunk) {
+void Desk::on_begin(Session& session, LeaseId lease, std::uint64_t bytes,
+                    std::variant<ResultBegin, FindingBegin> head, Millis now) {
+  forget_incoming(session);
+  session.incoming = std::make_unique<Incoming>();
+  Incoming& incoming = *session.incoming;
+  incoming.result = {.lease = lease, .head = std::move(head)};
+  incoming.bytes = bytes;
+  incoming.touched = now;
+  incoming.on_credit = session.minor >= kMinorWithCredit && bytes > kFreeResultBytes;
+  if (incoming.on_credit) {
+    credit_.ask(session.worker, bytes);
+    give_credit(now);
+    return;
+  }
+  incoming.granted = bytes / kChunkBytes + 1;
+  incoming.broken = credit_.used() + bytes > 2 * settings_.limits.incoming_bytes;
+  credit_.use(bytes);
+}
+
+void Desk::give_credit(Millis now) {
+  if (work_.disk_full()) return;
+  while (const std::optional<WorkerId> worker = credit_.next()) {
+    const std::string& peer = peers_.at(*worker);
+    Incoming& incoming = *sessions_.at(peer).incoming;
+    incoming.granted = kCreditChunks;
+    incoming.touched = now;
+    incoming.result.data.reserve(incoming.bytes);
+    reply(peer, ChunkCredit{incoming.result.lease, incoming.granted});
+  }
+}
+
+void Desk::on_chunk(const std::string& peer, Session& session, const ResultChunk& chunk,
+                    Millis now) {
   Incoming* incoming = session.incoming.get();
   if (incoming == nullptr || incoming->broken || incoming->result.lease != chunk.lease) return;
   Bytes& data = incoming->result.data;
-  if (chunk.offset != data.size() || chunk.data.size() > incoming->bytes - data.size()) {
+  if (chunk.offset != data.size() || chunk.data.size() > incoming->bytes - data.size() ||
+      data.size() + chunk.data.size() > incoming->granted * kChunkBytes) {
     incoming->broken = true;
     return;
   }
   data.insert(data.end(), chunk.data.begin(), chunk.data.end());
+  incoming->touched = now;
+  const std::uint64_t received = data.size() / kChunkBytes;
+  if (!incoming->on_credit || incoming->granted - received > kCreditChunks / 2 ||
+      incoming->granted * kChunkBytes >= incoming->bytes)
+    return;
+  incoming->granted = received + kCreditChunks;
+  reply(peer, ChunkCredit{chunk.lease, incoming->granted});
 }
 
 Status Desk::on_end(const std::string& peer, Session& session, const ResultEnd& end, Millis now) {
-  const std::unique_ptr<Incoming> incoming = std::move(session.incoming);
-  if (incoming) incoming_bytes_ -= incoming->bytes;
-  if (!incoming || incoming->result.lease != end.lease || incoming->broken ||
+  Incoming* incoming = session.incoming.get();
+  if (incoming == nullptr || incoming->result.lease != end.lease || incoming->broken ||
       incoming->result.data.size() != incoming->bytes ||
       digest_of(incoming->result.data) != end.digest) {
+    forget_incoming(session);
     reply(peer, ResultAck{end.lease, ResultOutcome::kResend});
     return {};
   }
-  incoming->result.worker = worker_name(session.hello);
-  return take(peer, session, incoming->result, now);
+  WorkResult result = std::move(incoming->result);
+  result.worker = worker_name(session.hello);
+  forget_incoming(session);
+  if (!work_.disk_full() && held_.empty()) return take(peer, session.worker, result, now);
+  const auto known = [&](const Held& held) {
+    return held.result.lease == end.lease && held.worker == session.worker;
+  };
+  if (std::any_of(held_.begin(), held_.end(), known)) return {};
+  if (held_.size() >= settings_.limits.held_results) {
+    reply(peer, ResultAck{end.lease, ResultOutcome::kResend});
+    return {};
+  }
+  credit_.use(result.data.size());
+  held_.push_back({peer, session.worker, std::move(result)});
+  return {};
 }
 
-Status Desk::take(const std::string& peer, Session& session, const WorkResult& result, Millis now) {
+Status Desk::take_held(Millis now) {
+  while (!held_.empty() && !work_.disk_full()) {
+    const Held held = std::move(held_.front());
+    held_.pop_front();
+    credit_.free(held.result.data.size());
+    if (Status status = take(held.peer, held.worker, held.result, now); !status) return status;
+  }
+  return {};
+}
+
+Status Desk::take(const std::string& peer, WorkerId worker, const WorkResult& result, Millis now) {
   WorkAnswer answer;
   const bool first_of_batch = work_.uncommitted() == 0;
   const Status status = work_.accept(result, answer);
   if (first_of_batch && work_.uncommitted() > 0) oldest_uncommitted_ = now;
-  for (const WorkAnswer::Done& done : answer.done) board_.complete(done.key, done.cost_ms);
-  session.cells_done += answer.done.size();
+  const BoardLease lease = board_id(result.lease);
+  const bool held = board_.holder(lease) == worker;
+  double cost_ms = 0;
+  for (const WorkAnswer::Done& done : answer.done) cost_ms += done.cost_ms;
+  const double stretch = held ? board_.stretch(lease, cost_ms, now) : 1;
+  for (const WorkAnswer::Done& done : answer.done) board_.complete(done.key, done.cost_ms, stretch);
+  for (const CellKey& key : answer.again) board_.add_again(key, worker);
   for (std::string& warning : answer.warnings) warn(std::move(warning));
   open_more();
+  const auto session = sessions_.find(peer);
+  const bool there = session != sessions_.end() && session->second.worker == worker;
+  if (there) session->second.cells_done += answer.done.size();
   if (!status) {
     if (status.error().kind != ErrorKind::kInvalidInput) return status;
     warn(result.worker + " dropped for a bad result: " + status.error().text);
     reject(peer, RejectCode::kBadResult, status.error().text);
-    drop(peer, Board::Parting::kLost);
+    if (there) drop(peer, Board::Parting::kLost, now);
     return {};
   }
-  const BoardLease lease = board_id(result.lease);
-  if (board_.holder(lease) == session.worker) board_.finish(lease);
+  if (!answer.done.empty()) board_.did_well(worker);
+  if (held) board_.finish(lease, now);
+  cancel_superseded();
   acks_.push_back({peer, {result.lease, answer.outcome}});
-  return hand_out(peer, session, now);
+  return there ? hand_out(peer, session->second, now) : Status{};
 }
 
 }  // namespace pvsfarm

@@ -95,7 +95,7 @@ Status run_farm(const FarmJob& job, Work& work, const PrivateFolder& folder,
     return status;
   }
   say_good_bye(**router, desk, loop);
-  figures = {desk.pinned_kernel(), desk.sessions_seen()};
+  figures = {desk.pinned_kernel(), desk.workers_seen()};
   return status;
 }
 

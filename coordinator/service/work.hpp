@@ -32,7 +32,8 @@ struct WorkAnswer {
     double cost_ms = 0;
   };
   ResultOutcome outcome = ResultOutcome::kDuplicate;
-  std::vector<Done> done;  // for the first time
+  std::vector<Done> done;      // for the first time
+  std::vector<CellKey> again;  // to be done once more, by another worker
   std::vector<std::string> warnings;
 };
 
@@ -59,10 +60,14 @@ class Work {
   // Too many workers failed at it. Says so in one line.
   virtual std::string give_up(const CellKey& key) = 0;
 
+  // Whether a worker that computes cells since before this coordinator began may go on with them.
+  virtual bool adopts() const { return false; }
+
   // Results are acknowledged once they are durable.
   virtual std::size_t uncommitted() const { return 0; }
   virtual Status commit() { return {}; }
-  // The last commit() found no room for them: nothing more is to be begun until one succeeds.
+  // The last commit() found no room for them: until one succeeds, nothing more is to be begun or
+  // accepted, and workers are given no credit.
   virtual bool disk_full() const { return false; }
   // The kernel of the first worker, before any of its results is taken.
   virtual Status keep_kernel(const std::string& /*kernel*/) { return {}; }

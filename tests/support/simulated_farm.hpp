@@ -44,6 +44,7 @@ class SimulatedNetwork {
   void post(Packet packet, Millis now);
   // The next packet that has arrived by `now`, if any.
   std::optional<Packet> next(Millis now);
+  Millis next_arrival() const { return packets_.empty() ? Millis::max() : packets_.top().time; }
 
  private:
   Random& random_;

@@ -129,7 +129,7 @@ class Simulation {
   bool run() {
     Millis next_fault = 1s;
     while (now_ < 24h) {
-      now_ += 5ms;
+      now_ = std::max(now_ + 1ms, next_event(next_fault));
       deliver();
       for (SimulatedWorker& worker : workers_) step(worker);
       EXPECT_TRUE(desk_->tick(now_).ok());
@@ -145,10 +145,19 @@ class Simulation {
   // Its evaluation says that a witness refutes two certificates.
   std::optional<CellKey> refuted_cell;
   std::vector<std::string> warnings() { return desk_->take_warnings(); }
+  Millis now() const { return now_; }
   const ForgetfulLog& log() const { return log_; }
   const BakeWork& work() const { return *work_; }
 
  private:
+  Millis next_event(Millis next) const {
+    next = std::min({next, network_.next_arrival(), desk_->next_wake(now_)});
+    for (const SimulatedWorker& worker : workers_) {
+      next = std::min(next, worker.messenger->next_wake());
+      if (worker.job && !worker.hangs) next = std::min(next, worker.job_ends);
+    }
+    return next;
+  }
   bool happens(double probability) { return random_.unit() < probability; }
 
   void start_coordinator() {
@@ -218,7 +227,11 @@ class Simulation {
     messenger.tick(now_);
     while (auto out = messenger.next_outgoing())
       network_.post({.peer = worker.peer, .frames = encode(out->envelope, out->message)}, now_);
-    EXPECT_FALSE(messenger.leaving().has_value()) << messenger.leaving()->text;
+    if (!messenger.leaving()) return;
+    // Whoever looks after it starts another.
+    EXPECT_EQ(messenger.leaving()->exit_code, kExitRetry) << messenger.leaving()->text;
+    EXPECT_TRUE(worker.hangs) << messenger.leaving()->text;
+    start_worker(worker);
   }
 
   void finish(SimulatedWorker& worker) {

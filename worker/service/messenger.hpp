@@ -4,7 +4,9 @@
 //
 //   HELLO -> WELCOME -> (BLOB_GET ... the scene) -> HEARTBEAT ready -> TASK -> RESULT -> RESULT_ACK
 //
-// A result is kept until it is acknowledged, and offered again to a coordinator that was restarted.
+// A result is kept until it is acknowledged, and offered again to a coordinator that was restarted,
+// which also hears what is being computed. Results go one after the other; a large one waits for
+// credit (docs/protocol.md, "Credit").
 // Threads: one.
 #pragma once
 
@@ -99,7 +101,15 @@ class Messenger {
  private:
   struct Kept {
     JobResult result;
+    Digest digest;  // of its data
     Millis offer_again{};
+    std::uint64_t sent = 0, credit = 0;  // chunks
+    bool offered = false;                // waits for its turn, or is on its way
+  };
+  // A blob that is being fetched, in order.
+  struct Fetch {
+    Digest digest;
+    std::uint64_t total = 0, received = 0, asked = 0;  // bytes
   };
 
   void greet();
@@ -110,28 +120,37 @@ class Messenger {
   void on_ack(const ResultAck& ack);
   void on_blob(BlobChunk chunk);
   void request_parent();
-  void offer(Kept& kept);
-  void ask_blob(const Digest& digest, std::uint64_t offset);
+  void offer(LeaseId lease, Kept& kept);
+  void begin_upload();
+  void go_on_with_upload();
+  void on_credit(const ChunkCredit& credit);
+  void fetch(const Digest& digest, std::uint64_t total, std::uint64_t have);
+  void ask_more();
+  void look_for_hang();
   void forget(LeaseId lease);
   void leave(int exit_code, std::string text);
 
   Hello hello_;
   Millis now_;
   Millis greet_at_{0}, beat_at_{0}, ask_again_{0};
-  std::optional<BlobGet> asked_;  // not answered yet
+  std::optional<Fetch> fetch_;
   Millis heartbeat_{2'000};
   std::uint64_t session_ = 0, epoch_ = 0;
   std::uint32_t minor_ = 0;
   bool ready_ = false, draining_ = false, draining_said_ = false;
   std::optional<Welcome> welcome_, scene_request_;
-  std::optional<std::uint64_t> scene_bytes_have_;  // while the scene is fetched
   std::optional<BlobChunk> scene_chunk_;
   std::deque<Job> jobs_;
   Bytes parent_bytes_;               // of the first job's first parent that is still a digest
   std::map<LeaseId, Kept> results_;  // not acknowledged yet
+  std::deque<LeaseId> uploads_;      // of those, in the order of offering; the first is on its way
   std::optional<Running> running_;
+  std::vector<CellKey> running_cells_;
+  bool running_known_ = true;  // to the coordinator of this session
   std::uint64_t resident_bytes_ = 0;
   std::optional<LeaseId> cancelled_;
+  std::uint64_t cancelled_progress_ = 0;
+  Millis cancelled_at_{};  // or when it last advanced
   std::deque<Message> outbox_;
   std::optional<Leaving> leaving_;
 };

@@ -91,6 +91,7 @@ class WorkerLoop {
   Digest scene_digest_;
   EvaluatorSettings settings_;
   ScenePointer waiting_scene_;  // until the task of the scene before it has ended
+  bool scene_in_use_ = false;
   LeaseId running_lease_{};
   Millis last_busy_{0};
   std::optional<Millis> drain_since_;
@@ -115,6 +116,10 @@ void WorkerLoop::receive_all() {
 // Finds the scene that a WELCOME names, or has it fetched chunk by chunk.
 void WorkerLoop::prepare_scene() {
   if (const std::optional<Welcome> wanted = messenger_.take_scene_request()) {
+    if (scene_in_use_ && scene_digest_ == wanted->scene && settings_ == wanted->settings &&
+        !waiting_scene_)
+      return messenger_.scene_ready();
+    scene_in_use_ = false;
     scene_digest_ = wanted->scene;
     settings_ = wanted->settings;
     // A path from the network is looked at only if it is from this machine, only read, and what
@@ -144,6 +149,7 @@ void WorkerLoop::drive_compute() {
   }
   if (compute_.idle() && waiting_scene_) {
     compute_.use(std::exchange(waiting_scene_, nullptr), settings_);
+    scene_in_use_ = true;
     messenger_.scene_ready();
   }
   if (compute_.idle() && messenger_.unacknowledged() < kMaxUnacknowledged) {
