@@ -120,6 +120,8 @@ struct Inquiry {
   std::optional<ExplainAsked> explain;
 };
 
+// The progress of a lease that is computed: its result waits to be sent or acknowledged.
+inline constexpr std::uint64_t kProgressComputed = 1ull << 63;
 struct Heartbeat {
   struct Running {
     LeaseId lease{};

@@ -102,6 +102,7 @@ Millis Board::expiry(const Lease& lease) const {
   };
   Millis at = std::min(lease.heard + limits_.lease,
                        lease.advanced + at_least(limits_.stall, limits_.stall_steps * p95_));
+  if (lease.computed) return lease.heard + limits_.lease;
   if (lease.began) {
     const auto cells = static_cast<std::int64_t>(lease.size);
     at = std::min(at,
@@ -124,6 +125,16 @@ bool Board::renew(BoardLease id, std::uint64_t progress, Millis now) {
     lease.advanced = std::max(lease.advanced, worker.advanced);
   }
   next_look_ = std::min(next_look_, expiry(lease));
+  return true;
+}
+
+bool Board::renew_computed(BoardLease id, Millis now) {
+  const auto found = leases_.find(id);
+  if (found == leases_.end() || found->second.expired) return false;
+  Lease& lease = found->second;
+  lease.heard = lease.advanced = now;
+  lease.computed = true;
+  workers_.at(lease.worker).advanced = now;
   return true;
 }
 

@@ -87,6 +87,8 @@ class Board {
   // the advance of what runs before it: tell of that first. False: the lease is not held (any
   // more).
   bool renew(BoardLease lease, std::uint64_t progress, Millis now);
+  // The same for a lease whose result is complete: it lasts as long as its worker says so.
+  bool renew_computed(BoardLease lease, Millis now);
   // What a worker has is all in `still`: leases that ran out and are not in it no longer count.
   void release_expired(WorkerId worker, const std::set<BoardLease>& still);
   // How many times longer the lease took until now than its result says it cost; at least 1.
@@ -137,6 +139,7 @@ class Board {
     Millis granted{}, heard{}, advanced{};
     std::optional<Millis> began;     // as its worker told
     std::optional<BoardLease> twin;  // its copy, or what it is a copy of
+    bool computed = false;           // its result is on its way
     bool copied = false;             // once is enough
     bool expired = false;            // held only to know that its worker is still busy with it
   };

@@ -18,7 +18,9 @@ Status Desk::on_heartbeat(const std::string& peer, Session& session, const Heart
     if (!running.cells.empty() && leasing_ && work_.adopts() && !board_.holder(id))
       board_.adopt(session.worker, id, running.cells, now);
     const bool renewed =
-        board_.holder(id) == session.worker && board_.renew(id, running.progress, now);
+        board_.holder(id) == session.worker &&
+        (running.progress >= kProgressComputed ? board_.renew_computed(id, now)
+                                               : board_.renew(id, running.progress, now));
     still.insert(id);
     (renewed ? ack.renewed : ack.cancelled).push_back(running.lease);
   }

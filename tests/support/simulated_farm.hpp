@@ -21,7 +21,7 @@ namespace pvsfarm {
 
 struct NetworkFaults {
   double lost = 0, repeated = 0, delayed = 0;  // of messages
-  bool in_order = false;  // each connection, but for what is delayed, as TCP has it
+  bool in_order = true;  // each connection, but for what is delayed, as TCP has it
 };
 
 struct Packet {

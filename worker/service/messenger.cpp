@@ -24,6 +24,7 @@ void Messenger::greet() {
   outbox_.clear();
   uploads_.clear();
   running_known_ = false;
+  for (auto& [lease, kept] : results_) kept.known = kept.offered = false;
   send(hello_);
   greet_at_ = now_ + kGreetEvery;
 }
@@ -61,7 +62,11 @@ void Messenger::receive(const Result<Decoded>& decoded, Millis now) {
   } else if (const auto* beat = std::get_if<HeartbeatAck>(&decoded->message)) {
     for (const LeaseId lease : beat->cancelled) forget(lease);
     for (const LeaseId lease : beat->renewed)
-      if (running_ && running_->lease == lease) running_known_ = true;
+      if (running_ && running_->lease == lease) {
+        running_known_ = true;
+      } else if (const auto kept = results_.find(lease); kept != results_.end()) {
+        kept->second.known = true;
+      }
   } else if (const auto* cancel = std::get_if<Cancel>(&decoded->message)) {
     for (const LeaseId lease : cancel->leases) forget(lease);
   } else if (std::holds_alternative<Drain>(decoded->message)) {
@@ -88,12 +93,10 @@ void Messenger::on_welcome(const Envelope& envelope, const Welcome& welcome) {
   welcome_ = welcome;
   scene_request_ = welcome;
   scene_chunk_.reset();
-  beat_at_ = running_ ? now_ : now_ + heartbeat_;  // what runs, before another gets it
+  // What it has is told before another gets it.
+  beat_at_ = running_ || !results_.empty() ? now_ : now_ + heartbeat_;
   fetch_.reset();
-  for (auto& [lease, kept] : results_) {
-    kept.offered = false;
-    offer(lease, kept);
-  }
+  for (auto& [lease, kept] : results_) offer(lease, kept);
 }
 
 void Messenger::on_reject(const Reject& reject) {
@@ -212,6 +215,7 @@ void Messenger::finished(JobResult result) {
   }
   const Digest digest = digest_of(result.data);
   const auto [at, fresh] = results_.insert_or_assign(lease, Kept{std::move(result), digest});
+  at->second.known = running_known_;
   if (session_ != 0) offer(lease, at->second);
 }
 
@@ -342,6 +346,11 @@ void Messenger::tick(Millis now) {
   if (running_) {
     beat.running.push_back({running_->lease, running_->progress, {}});
     if (!running_known_) beat.running.back().cells = running_cells_;
+  }
+  for (const auto& [lease, kept] : results_) {
+    beat.running.push_back({lease, kProgressComputed, {}});
+    if (kept.known) continue;
+    for (const DeltaHead& head : kept.result.deltas) beat.running.back().cells.push_back(head.key);
   }
   for (const Job& job : jobs_) beat.running.push_back({job.lease(), 0, {}});
   send(std::move(beat));

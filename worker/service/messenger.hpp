@@ -105,6 +105,7 @@ class Messenger {
     Millis offer_again{};
     std::uint64_t sent = 0, credit = 0;  // chunks
     bool offered = false;                // waits for its turn, or is on its way
+    bool known = true;                   // its lease, to the coordinator of this session
   };
   // A blob that is being fetched, in order.
   struct Fetch {
