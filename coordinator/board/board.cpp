@@ -59,7 +59,7 @@ void Board::note_lost(WorkerId, const Worker& worker, const CellKey& at) {
   if (!worker.first_time || worker.losses_before != machine.losses) return;
   ++machine.losses;
   machine.lost_at.insert(at);
-  if (machine.lost_at.size() >= limits_.conduct.never_good)
+  if (machine.lost_at.size() >= limits_.conduct.crash_loop)
     blocked_.push_back({{}, worker.machine, machine.lost_at.size()});
 }
 

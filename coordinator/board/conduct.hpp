@@ -5,7 +5,7 @@
 //   * 3 cells failed on it that others completed afterwards, or
 //   * 3 cells failed on it, and it never completed any, or
 //   * 12 cells in a row failed on it.
-// A machine is blocked when 3 of its workers, each started after the one before was lost, were lost
+// A machine is blocked when 8 of its workers, each started after the one before was lost, were lost
 // at different cells and none completed anything in between: a crash loop. Workers that are lost
 // together, or come back, are a matter of the network.
 // Cells that are given up speak against nobody.
@@ -23,6 +23,7 @@ struct ConductLimits {
   std::size_t belied = 3;      // cells that others completed
   std::size_t never_good = 3;  // cells, if none was ever completed
   std::size_t in_a_row = 12;
+  std::size_t crash_loop = 8;  // cells at which a machine's workers were lost
 };
 
 class Conduct {

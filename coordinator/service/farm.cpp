@@ -24,7 +24,8 @@ DeskSettings desk_settings(const FarmJob& job, const FarmOptions& options, std::
                         .pinned_kernel = job.pinned_kernel,
                         .output = job.output};
   settings.epoch = (static_cast<std::uint64_t>(device()) << 32 | device()) | 1;
-  settings.limits.board.lease = options.lease;
+  settings.limits.board.lease = settings.limits.board.stall = options.lease;
+  settings.limits.board.deadline = 2 * options.lease;
   if (job.deadline) settings.deadline = std::chrono::duration_cast<Millis>(*job.deadline - start);
   return settings;
 }

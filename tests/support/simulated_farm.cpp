@@ -10,16 +10,51 @@ namespace pvsfarm {
 
 using namespace std::chrono_literals;
 
+std::vector<MessageFault> message_faults() {
+  using Kind = MessageFault::Kind;
+  std::vector<MessageFault> faults;
+  const auto add = [&](const Message& message, bool large = false) {
+    for (const auto& [kind, name] :
+         {std::pair(Kind::kLost, " lost"), std::pair(Kind::kRepeated, " repeated"),
+          std::pair(Kind::kDelayed, " delayed")})
+      faults.push_back({type_name(message) + name, message.index(), kind, large});
+  };
+  add(Hello{});
+  add(Welcome{});
+  add(Reject{});
+  add(Task{});
+  add(Heartbeat{});
+  add(HeartbeatAck{});
+  add(ResultBegin{});
+  add(ResultChunk{});
+  add(ResultEnd{});
+  add(ResultAck{});
+  add(TaskFailed{});
+  add(BlobGet{});
+  add(BlobChunk{});
+  add(Cancel{});
+  add(Draining{});
+  add(Bye{});
+  add(ChunkCredit{}, true);
+  return faults;
+}
+
 void SimulatedNetwork::post(Packet packet, Millis now) {
-  if (random_.unit() < faults_.lost) return;
-  const int copies = random_.unit() < faults_.repeated ? 2 : 1;
+  using Kind = MessageFault::Kind;
+  const bool chosen =
+      !faults_.only.what.empty() && packet.type == faults_.only.type && random_.unit() < 0.5;
+  const auto happens = [&](Kind kind, double probability) {
+    return (chosen && faults_.only.kind == kind) || random_.unit() < probability;
+  };
+  if (happens(Kind::kLost, faults_.lost)) return;
+  const int copies = happens(Kind::kRepeated, faults_.repeated) ? 2 : 1;
   for (int i = 0; i < copies; ++i) {
     packet.time = now + 1ms + Millis(random_.below(20));
     if (faults_.in_order) {
       Millis& last = last_arrival_[packet.peer + (packet.to_worker ? "<" : ">")];
       packet.time = last = std::max(last, packet.time);
     }
-    if (random_.unit() < faults_.delayed) packet.time += Millis(random_.below(45'000));
+    if (happens(Kind::kDelayed, faults_.delayed)) packet.time += Millis(random_.below(45'000));
     packet.order = ++order_;
     packets_.push(packet);
   }
@@ -32,8 +67,10 @@ std::optional<Packet> SimulatedNetwork::next(Millis now) {
   return packet;
 }
 
-SimulatedWorker new_worker(std::uint64_t connection, Random& random, Millis now) {
+SimulatedWorker new_worker(std::uint64_t connection, Random& random, Millis now,
+                           std::uint32_t minor_highest) {
   Hello hello;
+  hello.minor_highest = minor_highest;
   hello.pid = static_cast<std::uint32_t>(connection);
   for (std::uint8_t& b : hello.worker) b = static_cast<std::uint8_t>(random.next());
   SimulatedWorker worker{.peer = std::to_string(connection)};

@@ -19,9 +19,21 @@
 
 namespace pvsfarm {
 
+// What happens to half of the messages of one type.
+struct MessageFault {
+  std::string what;      // "RESULT_ACK lost"; "" for nothing
+  std::size_t type = 0;  // Message::index()
+  enum class Kind { kLost, kRepeated, kDelayed } kind = Kind::kLost;
+  bool large = false;  // happens with large results only
+};
+// Every type of message of a bake, with every kind of fault. (A reply lost is the loss of its
+// type.)
+std::vector<MessageFault> message_faults();
+
 struct NetworkFaults {
   double lost = 0, repeated = 0, delayed = 0;  // of messages
   bool in_order = true;  // each connection, but for what is delayed, as TCP has it
+  MessageFault only;
 };
 
 struct Packet {
@@ -29,6 +41,7 @@ struct Packet {
   std::uint64_t order = 0;
   std::string peer;  // the worker's connection
   bool to_worker = false;
+  std::size_t type = 0;  // Message::index()
   Frames frames;
   bool operator>(const Packet& other) const {
     return std::tie(time, order) > std::tie(other.time, other.order);
@@ -63,7 +76,8 @@ struct SimulatedWorker {
 };
 
 // A process of its own, on a connection of its own.
-SimulatedWorker new_worker(std::uint64_t connection, Random& random, Millis now);
+SimulatedWorker new_worker(std::uint64_t connection, Random& random, Millis now,
+                           std::uint32_t minor_highest = kProtocolMinorHighest);
 // The task's state, as the worker's own thread would tell it.
 void tell_progress(SimulatedWorker& worker, Millis now);
 Decoded decoded(const Packet& packet);

@@ -1,357 +1,182 @@
-// The whole exchange under virtual time: the real desk, board, tree and merger, the real
-// messengers and codec, a journal that forgets what it did not commit, and a network that loses,
-// repeats, delays and reorders. Workers die and hang, connections break, the coordinator crashes.
+// Bakes under virtual time (tests/support/farm_simulation.hpp): whatever happens, every cell is
+// merged exactly once and what is durable is what one worker without faults would have made.
 // A failing seed replays: PVSFARM_SEED=N farm_simulation_test.
-#include <gtest/gtest.h>
+#include <time.h>
 
-#include <map>
+#include <cstdio>
 
-#include "common/base/random.hpp"
-#include "coordinator/service/bake_work.hpp"
-#include "coordinator/service/desk.hpp"
-#include "tests/support/simulated_farm.hpp"
+#include "tests/support/farm_simulation.hpp"
+#include "tests/support/fault_figures.hpp"
 
 namespace pvsfarm {
 namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::uint32_t kObjects = 300;
-constexpr std::uint64_t kBudget = 900;
-
-// What the evaluator of this world hides: a fixed third of what is left at each depth.
-VisibleSet hidden_from(const CellKey& key, const VisibleSet& parent) {
-  VisibleSet hidden = parent;
-  parent.for_each([&](ObjectId id) {
-    Random hash(key.root * 1'000'003ull + key.path * 7919 + index_of(id));
-    if (hash.below(3) != 0) hidden.remove(id);
-  });
-  return hidden;
+double cpu_s() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_nsec) / 1e9;
 }
 
-// Of what is left, every other object is seen.
-VisibleSet seen_from(const CellKey& key, const VisibleSet& parent, const VisibleSet& hidden) {
-  VisibleSet seen = parent;
-  seen.remove_all(hidden);
-  const VisibleSet visible = seen;
-  visible.for_each([&](ObjectId id) {
-    if (Random(key.path * 31 + index_of(id)).below(2) != 0) seen.remove(id);
-  });
-  return seen;
+std::string number(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g", value);
+  return text.data();
 }
 
-// One viewpoint in some cells sees nearly all there is: they are not split.
-std::uint64_t point_triangles_of(const CellKey& key, const VisibleSet& parent,
-                                 const VisibleSet& hidden) {
-  const std::uint64_t triangles = 10ull * (parent.count() - hidden.count());
-  return Random(key.root * 13ull + key.path).below(10) == 0 ? triangles - triangles / 20
-                                                            : triangles / 3;
+void expect_golden(const ForgetfulLog& log, const SimulatedWorld& world) {
+  static std::map<std::uint32_t, std::map<CellKey, Digest>> golden;
+  auto& rows = golden[world.objects * 1000 + static_cast<std::uint32_t>(world.roots)];
+  if (rows.empty()) rows = world.golden();
+  EXPECT_EQ(log.committed.size(), rows.size());
+  EXPECT_TRUE(log.digests() == rows);
 }
 
-CellDelta evaluate(const CellKey& key, const VisibleSet& parent) {
-  CellDelta delta{.key = key, .hidden = hidden_from(key, parent), .seen = {}, .statistics = {}};
-  delta.seen = seen_from(key, parent, delta.hidden);
-  delta.point_triangles = point_triangles_of(key, parent, delta.hidden);
-  delta.statistics.cpu_ms = 10;
-  return delta;
-}
-
-ResultRow row_of(const CellDelta& delta) {
-  return {delta.key, encode(delta.hidden), encode(delta.seen), delta.point_triangles,
-          delta.statistics};
-}
-
-Tree new_tree() {
-  std::vector<Cell> roots;
-  for (int i = 0; i < 18; ++i) roots.push_back(Cell::aligned({{i * 8., 0, 0}, {i * 8. + 8, 8, 8}}));
-  return Tree({VisibleSet::all(kObjects), std::vector<std::uint32_t>(kObjects, 10)},
-              std::move(roots), {.budget_triangles = kBudget, .min_cell_m = 2});
-}
-
-using Rows = std::map<CellKey, Digest>;
-
-Rows golden_rows() {
-  Rows rows;
-  Tree tree = new_tree();
-  while (tree.open_count() > 0)
-    for (const CellKey& key : tree.open_cells()) {
-      const CellDelta delta = evaluate(key, tree.decoded_parent(key));
-      rows[key] = delta_digest(row_of(delta));
-      EXPECT_TRUE(tree.merge(delta).ok());
-    }
-  return rows;
-}
-
-struct ForgetfulLog : ResultLog {
-  std::map<CellKey, ResultRow> committed, waiting;
-
-  Result<std::optional<Digest>> find(const CellKey& key) override {
-    for (const auto* rows : {&committed, &waiting})
-      if (const auto at = rows->find(key); at != rows->end())
-        return std::optional(delta_digest(at->second));
-    return std::optional<Digest>();
-  }
-  Status append(const ResultRow& row) override {
-    EXPECT_EQ(committed.count(row.key) + waiting.count(row.key), 0u) << "merged twice";
-    // A child's row must never be durable before its parent's.
-    if (!row.key.is_root()) {
-      EXPECT_EQ(committed.count(row.key.parent()) + waiting.count(row.key.parent()), 1u);
-    }
-    waiting[row.key] = row;
-    return {};
-  }
-  std::size_t uncommitted() const override { return waiting.size(); }
-  Status commit() override {
-    committed.merge(waiting);
-    waiting.clear();
-    return {};
-  }
-};
-
-struct Faults {
-  NetworkFaults network;
-  double worker_dies = 0, worker_hangs = 0, connection_breaks = 0,
-         coordinator_dies = 0;  // a second
-};
-
-const Task& task_of(const SimulatedWorker& worker) { return std::get<Task>(worker.job->work); }
-
-class Simulation {
- public:
-  Simulation(std::uint64_t seed, const Faults& faults)
-      : random_(seed), faults_(faults), network_(random_, faults.network) {
-    start_coordinator();
-    workers_.resize(3);
-    for (SimulatedWorker& worker : workers_) start_worker(worker);
-  }
-
-  // Until the bake is done, or a virtual day is over.
-  bool run() {
-    Millis next_fault = 1s;
-    while (now_ < 24h) {
-      now_ = std::max(now_ + 1ms, next_event(next_fault));
-      ++steps;
-      deliver();
-      for (SimulatedWorker& worker : workers_) step(worker);
-      EXPECT_TRUE(desk_->tick(now_).ok());
-      send_from_desk();
-      if (desk_->done()) return true;
-      if (now_ < next_fault) continue;
-      next_fault = now_ + 1s;
-      inject_faults();
-    }
-    return false;
-  }
-
-  // Its evaluation says that a witness refutes two certificates.
-  std::optional<CellKey> refuted_cell;
-  std::vector<std::string> warnings() { return desk_->take_warnings(); }
-  Millis now() const { return now_; }
-  std::uint64_t steps = 0;
-  const ForgetfulLog& log() const { return log_; }
-  const BakeWork& work() const { return *work_; }
-
- private:
-  Millis next_event(Millis next) const {
-    next = std::min({next, network_.next_arrival(), desk_->next_wake(now_)});
-    for (const SimulatedWorker& worker : workers_) {
-      next = std::min(next, worker.messenger->next_wake());
-      if (worker.job && !worker.hangs) next = std::min(next, worker.job_ends);
-    }
-    return next;
-  }
-  bool happens(double probability) { return random_.unit() < probability; }
-
-  void start_coordinator() {
-    tree_ = std::make_unique<Tree>(new_tree());
-    Merger merger(*tree_, log_);
-    Estimate estimate;
-    for (const auto& [key, row] : log_.committed) EXPECT_TRUE(merger.replay(row).ok());
-    for (const CellKey& key : tree_->open_cells()) estimate.opened(key.depth());
-    DeskSettings settings{.scene_digest = scene_, .epoch = ++epoch_};
-    settings.limits.board.attempts = 1'000;  // faults here are never the cell's
-    work_ = std::make_unique<BakeWork>(*tree_, log_, estimate);
-    desk_ = std::make_unique<Desk>(settings, *work_, now_);
-  }
-
-  void start_worker(SimulatedWorker& worker) { worker = new_worker(++connections_, random_, now_); }
-
-  void send_from_desk() {
-    for (Outgoing& out : desk_->take_outgoing())
-      network_.post(
-          {.peer = out.peer, .to_worker = true, .frames = encode(out.envelope, out.message)}, now_);
-  }
-
-  void deliver() {
-    while (const auto packet = network_.next(now_)) {
-      const Decoded message = decoded(*packet);
-      if (!packet->to_worker) {
-        EXPECT_TRUE(desk_->receive(packet->peer, message, now_).ok());
-        send_from_desk();
-        continue;
-      }
-      for (SimulatedWorker& worker : workers_)
-        if (worker.peer == packet->peer) {
-          check_ack(message.message);
-          worker.messenger->receive(message, now_);
-        }
-    }
-  }
-
-  // What was acknowledged is durable.
-  void check_ack(const Message& message) {
-    const auto* ack = std::get_if<ResultAck>(&message);
-    if (ack == nullptr || ack->outcome == ResultOutcome::kResend) return;
-    EXPECT_NE(ack->outcome, ResultOutcome::kMismatch);
-    // A coordinator that died before the commit of a parent took its children along: they are made
-    // again, and what is computed of them is of no use until then.
-    if (ack->outcome == ResultOutcome::kStale) {
-      EXPECT_GT(epoch_, 1u);
-      return;
-    }
-    for (const CellKey& key : cells_of_[ack->lease]) EXPECT_EQ(log_.committed.count(key), 1u);
-  }
-
-  void step(SimulatedWorker& worker) {
-    Messenger& messenger = *worker.messenger;
-    if (messenger.take_scene_request()) messenger.scene_ready();
-    if (!worker.job) {
-      worker.job = messenger.take_job();
-      if (worker.job) {
-        const auto cells = static_cast<std::uint64_t>(task_of(worker).cells.size());
-        worker.job_ends = now_ + Millis(cells * (5 + random_.below(60)));
-      }
-    }
-    if (worker.job) {
-      tell_progress(worker, now_);
-      if (!worker.hangs && now_ >= worker.job_ends) finish(worker);
-    }
-    messenger.tick(now_);
-    while (auto out = messenger.next_outgoing())
-      network_.post({.peer = worker.peer, .frames = encode(out->envelope, out->message)}, now_);
-    if (!messenger.leaving()) return;
-    // Whoever looks after it starts another.
-    EXPECT_EQ(messenger.leaving()->exit_code, kExitRetry) << messenger.leaving()->text;
-    EXPECT_TRUE(worker.hangs) << messenger.leaving()->text;
-    start_worker(worker);
-  }
-
-  void finish(SimulatedWorker& worker) {
-    const Task& task = task_of(worker);
-    JobResult result{.lease = task.lease};
-    for (const TaskCell& cell : task.cells) {
-      const ParentSet& from = task.parents[cell.parent];
-      const VisibleSet parent =
-          from.all ? VisibleSet::all(kObjects) : decode_visible_set(from.set, kObjects).value();
-      ResultRow row = row_of(evaluate(cell.key, parent));
-      if (cell.key == refuted_cell) row.statistics.contradictions = 2;
-      result.deltas.push_back(
-          {cell.key, row.hidden.size(), row.seen.size(), row.point_triangles, row.statistics});
-      for (const Bytes& set : {row.hidden, row.seen})
-        result.data.insert(result.data.end(), set.begin(), set.end());
-      cells_of_[task.lease].push_back(cell.key);
-    }
-    worker.job.reset();
-    worker.messenger->finished(std::move(result));
-  }
-
-  void inject_faults() {
-    if (happens(faults_.coordinator_dies)) {
-      log_.waiting.clear();
-      start_coordinator();
-      for (SimulatedWorker& worker : workers_) worker.peer = std::to_string(++connections_);
-    }
-    for (SimulatedWorker& worker : workers_) {
-      if (happens(faults_.worker_dies)) {
-        if (happens(0.5)) desk_->gone(worker.peer);  // else nobody tells
-        start_worker(worker);
-      }
-      if (happens(faults_.connection_breaks)) worker.peer = std::to_string(++connections_);
-      if (happens(faults_.worker_hangs)) worker.hangs = !worker.hangs;
-    }
-  }
-
-  Random random_;
-  Faults faults_;
-  SimulatedNetwork network_;
-  Millis now_{0};
-  Digest scene_ = DigestBuilder().add("scene").finish();
-  ForgetfulLog log_;
-  std::unique_ptr<Tree> tree_;
-  std::unique_ptr<BakeWork> work_;
-  std::unique_ptr<Desk> desk_;
-  std::vector<SimulatedWorker> workers_;
-  std::map<LeaseId, std::vector<CellKey>> cells_of_;
-  std::uint64_t connections_ = 0, epoch_ = 0;
-};
-
-void expect_golden(const ForgetfulLog& log) {
-  static const Rows golden = golden_rows();
-  Rows rows;
-  for (const auto& [key, row] : log.committed) rows[key] = delta_digest(row);
-  EXPECT_EQ(rows.size(), golden.size());
-  EXPECT_TRUE(rows == golden);
-}
-
-void run_with(const Faults& faults, std::uint64_t count) {
+void run_with(const SimulationSetup& setup, std::uint64_t count) {
   run_seeds(count, [&](std::uint64_t seed) {
-    Simulation simulation(seed, faults);
+    FarmSimulation simulation(seed, setup);
     ASSERT_TRUE(simulation.run()) << "not done within a virtual day";
-    if (std::getenv("SIMV")) std::cerr << seed << " " << simulation.now().count() << " ms " << simulation.steps << " steps\n";
-    expect_golden(simulation.log());
+    expect_golden(simulation.log(), setup.world);
     EXPECT_TRUE(simulation.work().given_up().empty());
     EXPECT_EQ(simulation.work().disagreements(), 0u);
   });
 }
 
+void run_with(const SimulatedFaults& faults, std::uint64_t count) {
+  run_with(SimulationSetup{.world = {}, .faults = faults}, count);
+}
+
 }  // namespace
 
 TEST(FarmSimulation, the_world_is_worth_simulating) {
-  const Rows golden = golden_rows();
+  const SimulatedWorld world;
+  const auto golden = world.golden();
   EXPECT_GT(golden.size(), 100u);
   EXPECT_GT(golden.rbegin()->first.root, 10u);
   // Some cells end for what one viewpoint sees.
-  Tree tree = new_tree();
+  Tree tree = world.tree();
   int stopped_by_points = 0;
   while (tree.open_count() > 0)
     for (const CellKey& key : tree.open_cells()) {
-      const LeafReason reason = tree.merge(evaluate(key, tree.decoded_parent(key)))->reason;
+      const LeafReason reason = tree.merge(world.evaluate(key, tree.decoded_parent(key)))->reason;
       stopped_by_points += reason == LeafReason::kPointOverBudget;
     }
   EXPECT_GT(stopped_by_points, 3);
 }
 
 TEST(FarmSimulation, a_refuted_certificate_is_told_loudly_and_is_no_disagreement) {
-  Simulation simulation(1, {});
+  FarmSimulation simulation(1, {});
   simulation.refuted_cell = CellKey{3, 1};
   ASSERT_TRUE(simulation.run());
-  expect_golden(simulation.log());  // the objects stayed visible: the result stands
+  expect_golden(simulation.log(), {});  // the objects stayed visible: the result stands
   EXPECT_EQ(simulation.work().contradictions(), 2u);
   EXPECT_EQ(simulation.work().disagreements(), 0u);
   const std::vector<std::string> warnings = simulation.warnings();
-  ASSERT_EQ(warnings.size(), 1u) << warnings[0] << "\n" << warnings.back();
+  ASSERT_EQ(warnings.size(), 1u);
   EXPECT_NE(warnings[0].find("A WITNESS REFUTES A CERTIFICATE: cell 3/1, 2 objects"),
             std::string::npos)
       << warnings[0];
 }
 
-TEST(FarmSimulation, without_faults) { run_with({}, 20); }
+TEST(FarmSimulation, without_faults) { run_with(SimulatedFaults{}, 20); }
 TEST(FarmSimulation, messages_are_lost) { run_with({.network = {.lost = 0.05}}, 40); }
 TEST(FarmSimulation, messages_are_repeated) { run_with({.network = {.repeated = 0.2}}, 40); }
 TEST(FarmSimulation, messages_are_late_and_out_of_order) {
   run_with({.network = {.delayed = 0.05, .in_order = false}}, 40);
 }
-TEST(FarmSimulation, workers_die) { run_with({.worker_dies = 0.1}, 40); }
-TEST(FarmSimulation, workers_hang) { run_with({.worker_hangs = 0.02}, 40); }
-TEST(FarmSimulation, connections_break) { run_with({.connection_breaks = 0.1}, 40); }
-TEST(FarmSimulation, the_coordinator_dies) { run_with({.coordinator_dies = 0.2}, 40); }
+TEST(FarmSimulation, workers_die) { run_with({.network = {}, .worker_dies = 0.1}, 40); }
+TEST(FarmSimulation, workers_hang) { run_with({.network = {}, .worker_hangs = 0.02}, 40); }
+TEST(FarmSimulation, workers_drain_and_others_join) {
+  run_with({.network = {}, .worker_drains = 0.2}, 40);
+}
+TEST(FarmSimulation, connections_break) { run_with({.network = {}, .connection_breaks = 0.1}, 40); }
+TEST(FarmSimulation, the_coordinator_dies) {
+  run_with({.network = {}, .coordinator_dies = 0.2}, 40);
+}
+TEST(FarmSimulation, tasks_fail) { run_with({.network = {}, .task_fails = 0.1}, 40); }
+
+// Results over what may be sent without credit, and a scene in more chunks than may be asked for
+// at once.
+TEST(FarmSimulation, results_and_scene_are_large) {
+  const SimulatedWorld large{.objects = 150'000, .budget_triangles = 900'000, .roots = 3};
+  run_with({.world = large, .faults = {.network = {.lost = 0.02}, .scene_fetched = true}}, 5);
+}
+
 TEST(FarmSimulation, everything_at_once) {
+  const std::uint64_t seeds = 2'000;
+  const double before_s = cpu_s();
   run_with({.network = {.lost = 0.01, .repeated = 0.05, .delayed = 0.01},
             .worker_dies = 0.02,
             .worker_hangs = 0.01,
             .connection_breaks = 0.02,
-            .coordinator_dies = 0.02},
-           100);
+            .coordinator_dies = 0.02,
+            .worker_drains = 0.01,
+            .task_fails = 0.01},
+           seeds);
+  const double took_s = cpu_s() - before_s;
+  record({.row = 14,
+          .what = "seconds of processor time for 2,000 seeds, violations",
+          .asked = "60, 0",
+          .reached = number(took_s) + (HasFailure() ? ", some" : ", 0"),
+          .held = took_s <= 60 && !HasFailure()});
+}
+
+TEST(FarmSimulation, each_type_of_message_is_lost_repeated_and_late) {
+  const std::uint64_t seeds = full_counts() ? 20 : 2;
+  std::uint64_t runs = 0;
+  for (const MessageFault& fault : message_faults()) {
+    SCOPED_TRACE(fault.what);
+    SimulationSetup setup{.world = {.roots = 4},
+                          .faults = {.network = {.only = fault},
+                                     .connection_breaks = 0.05,
+                                     .worker_drains = 0.02,
+                                     .task_fails = 0.05,
+                                     .scene_fetched = true}};
+    if (fault.large) setup.world = {.objects = 150'000, .budget_triangles = 900'000, .roots = 2};
+    run_with(setup, fault.large ? 1 + seeds / 4 : seeds);
+    ++runs;
+    if (HasFailure()) break;
+  }
+  record({.row = 13,
+          .what = "violations in " + std::to_string(runs) + " kinds of fault, " +
+                  std::to_string(seeds) + " seeds each",
+          .asked = "0",
+          .reached = HasFailure() ? "some" : "0",
+          .held = !HasFailure()});
+}
+
+TEST(FarmSimulation, one_worker_of_four_is_twenty_times_slower) {
+  SimulationSetup setup{.world = {.roots = 60}, .workers = 4, .cell_least = 150ms};
+  setup.cell_more = 100ms;
+  double worst_makespan = 0, worst_extra = 0;
+  run_seeds(full_counts() ? 50 : 10, [&](std::uint64_t seed) {
+    setup.faults.slow_worker = 1;
+    FarmSimulation even(seed, setup);
+    ASSERT_TRUE(even.run());
+    setup.faults.slow_worker = 20;
+    FarmSimulation uneven(seed, setup);
+    ASSERT_TRUE(uneven.run());
+    expect_golden(uneven.log(), setup.world);
+    const auto cells = static_cast<double>(uneven.log().committed.size());
+    worst_makespan = std::max(worst_makespan, static_cast<double>(uneven.now().count()) /
+                                                  static_cast<double>(even.now().count()));
+    worst_extra = std::max(worst_extra, static_cast<double>(uneven.cells_evaluated()) / cells - 1);
+  });
+  EXPECT_LE(worst_makespan, 1.5);
+  EXPECT_LE(worst_extra, 0.1);
+  record({.row = 15,
+          .what = "times the makespan of four equal workers; extra evaluations",
+          .asked = "1.5; 10 %",
+          .reached = number(worst_makespan) + "; " + number(100 * worst_extra) + " %",
+          .held = worst_makespan <= 1.5 && worst_extra <= 0.1});
+}
+
+TEST(FarmSimulation, workers_of_the_version_before_work_beside_new_ones) {
+  run_with({.world = {},
+            .faults = {.network = {.lost = 0.02}, .coordinator_dies = 0.02},
+            .worker_minor = kProtocolMinorLowest},
+           20);
 }
 
 }  // namespace pvsfarm
