@@ -16,6 +16,13 @@ sanitized() {
     ctest --test-dir "build/$preset" -j "$(nproc)" -LE '^(bench|slow)$' --output-on-failure "$@"
 }
 for preset in asan tsan; do stage sanitized "$preset" "$@"; done
+# What comes from outside, mutated: ten minutes a fuzzer.
+fuzzed() {
+  local targets=(fuzz_envelope fuzz_delta fuzz_store fuzz_scene fuzz_bundle)
+  cmake --preset fuzz && cmake --build build/fuzz -j "$(nproc)" --target "${targets[@]}" &&
+    PVSFARM_FULL=1 ctest --test-dir build/fuzz -j "$(nproc)" -L fuzz --output-on-failure
+}
+stage fuzzed
 # Every combination of provers, on every scene: 10^8 rays at what they hide.
 stage build/release/bench/bench_combinations --cells 6 --surface-cells 2 --rays 120000000
 # Last, as it wants the machine for itself.

@@ -187,9 +187,8 @@ Status check_ply_header(const std::string& path) {
   std::string start(kMaxHeaderBytes, '\0');
   file.read(start.data(), static_cast<std::streamsize>(start.size()));
   start.resize(static_cast<std::size_t>(file.gcount()));
-  const std::size_t end = start.find("\nend_header");
-  if (start.compare(0, 3, "ply") != 0 || end == std::string::npos ||
-      start.find('\n', end + 1) == std::string::npos)
+  const std::size_t end = std::min(start.find("\nend_header\n"), start.find("\nend_header\r\n"));
+  if (start.compare(0, 3, "ply") != 0 || end == std::string::npos)
     return invalid_input(path + ": the PLY header is cut short or broken; export the file again");
   return {};
 }

@@ -236,6 +236,10 @@ TEST_F(SceneImport, every_truncation_of_a_file_is_an_error_or_a_smaller_scene) {
   const std::string ply(kPlyTriangle);
   for (std::size_t size = 0; size < ply.size() - 8; ++size)
     EXPECT_FALSE(import_scene({.scene_path = write("cut.ply", ply.substr(0, size))}).ok()) << size;
+  // Nor where the line that should end it says more.
+  std::string longer = ply;
+  longer.insert(longer.find("end_header") + 10, "Z");
+  EXPECT_FALSE(import_scene({.scene_path = write("longer.ply", longer)}).ok());
   EXPECT_TRUE(import_scene({.scene_path = write("whole.ply", ply)}).ok());
 }
 
