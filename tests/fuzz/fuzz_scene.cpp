@@ -30,10 +30,12 @@ constexpr const char* kPly =
     "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
 constexpr const char* kGltf =
     R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0,)"
-    R"("name":"a","translation":[1,2,3],"extras":{"occluder":true}}],"meshes":[{"primitives":[{"attributes":)"
+    R"("name":"a","translation":[1,2,3],"extras":{"occluder":true}}],)"
+    R"("meshes":[{"primitives":[{"attributes":)"
     R"({"POSITION":1},"indices":0}]}],"accessors":[{"bufferView":0,"componentType":5123,"count":3,)"
     R"("type":"SCALAR"},{"bufferView":1,"componentType":5126,"count":3,"type":"VEC3",)"
-    R"("min":[0,0,0],"max":[1,1,0]}],"bufferViews":[{"buffer":0,"byteLength":6},{"buffer":0,"byteOffset":8,)"
+    R"("min":[0,0,0],"max":[1,1,0]}],"bufferViews":[)"
+    R"({"buffer":0,"byteLength":6},{"buffer":0,"byteOffset":8,)"
     R"("byteLength":36}],"buffers":[{"byteLength":44,"uri":"data:application/octet-stream;base64,)"
     R"(AAABAAIAAAAAAAAAAAAAAAAAAAAAAIA/AAAAAAAAAAAAAAAAAACAPwAAAAA="}]})";
 constexpr const char* kEndings[] = {".obj", ".ply", ".gltf", ".glb"};
