@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 
-#include "common/geometry/rounding.hpp"
 #include "worker/visibility/dispatch.hpp"
 #include "worker/visibility/hull_direction.hpp"
 #include "worker/visibility/lanes.hpp"
@@ -36,7 +35,6 @@ bool is_larger(const RankedOccluder& a, const RankedOccluder& b) {
 struct Look {
   Vec3 eye;
   double cell_radius, least_distance, least_solid_angle;
-  double error;  // no side of a box in lanes is farther than this from the true one
 };
 
 // No box in a ball of radius r at distance d spans more than about 4 (r / (d - r))^2.
@@ -45,44 +43,47 @@ bool is_small(const Look& look, double radius, double squared) {
   return 4.0 * radius * radius < look.least_solid_angle * (0.5 * squared - reach * reach);
 }
 
-// A bit a lane: what may be large enough, and whose faces are to be looked at too.
+// A bit a lane: what is large enough, where the eye is in the box, and whose faces are to be looked
+// at too.
 struct Found {
-  unsigned large, near;
+  unsigned large, inside, near;
+  alignas(64) double solid_angle[8];
 };
 
 PVSFARM_INLINE Eight lanes_of(const float* from) {
   return __builtin_convertvector(load_lanes<EightFloats>(from), Eight);
 }
 
-// The bound of is_small, and solid_angle_of from above, both without a root.
+// is_small, and of the others solid_angle_of, operation by operation.
 PVSFARM_DISPATCH
-Found look_at(const OccluderRanking::Lanes& lanes, const Look& look) {
+void look_at(const OccluderRanking::Lanes& lanes, const Look& look, Found& found) {
   const Eight radius = lanes_of(lanes.radius), reach = radius + look.cell_radius;
   const Eight dx = lanes_of(lanes.center[0]) - look.eye.x;
   const Eight dy = lanes_of(lanes.center[1]) - look.eye.y;
   const Eight dz = lanes_of(lanes.center[2]) - look.eye.z;
   const Eight squared = dx * dx + dy * dy + dz * dz, none = all_lanes(0);
-  const Eight beyond =
-      4.0 * radius * radius - look.least_solid_angle * (0.5 * squared - reach * reach);
+  const Eight bound = look.least_solid_angle * (0.5 * squared - reach * reach);
+  const unsigned not_small = bits_of(not_above(bound, 4.0 * radius * radius));
+  found.large = found.inside = found.near = 0;
+  if (not_small == 0) return;
   Eight size[3], toward[3];
   for (int a = 0; a < 3; ++a) {
-    const Eight lo = lanes_of(lanes.lo[a]), hi = lanes_of(lanes.hi[a]);
+    const Eight lo = load_lanes<Eight>(lanes.lo[a]), hi = load_lanes<Eight>(lanes.hi[a]);
     size[a] = hi - lo;
     toward[a] = larger(larger(lo - look.eye[a], look.eye[a] - hi), none);
   }
-  const Eight distance =
-      larger(toward[0] * toward[0] + toward[1] * toward[1] + toward[2] * toward[2],
-             all_lanes(look.least_distance * look.least_distance));
-  const Eight area = size[1] * size[2] * (toward[0] + look.error) +
-                     size[0] * size[2] * (toward[1] + look.error) +
-                     size[0] * size[1] * (toward[2] + look.error);
-  const Eight least = (look.least_solid_angle * look.least_solid_angle * (1 - 0x1p-20)) * distance *
-                      distance * distance;
-  const unsigned not_small = bits_of(not_above(none, beyond));
-  // Where the eye is in the box, its points have the word.
-  const Eight inside = larger(larger(toward[0], toward[1]), toward[2]) - look.error;
-  return {not_small & (bits_of(not_above(least, area * area)) | bits_of(not_above(inside, none))),
-          not_small & bits_of(not_above(squared, 4.0 * reach * reach))};
+  const Eight away = toward[0] * toward[0] + toward[1] * toward[1] + toward[2] * toward[2];
+  Eight distance;
+  for (int k = 0; k < 8; ++k) distance[k] = __builtin_sqrt(away[k]);
+  distance = larger(distance, all_lanes(look.least_distance));
+  const Eight area =
+      size[1] * size[2] * toward[0] + size[0] * size[2] * toward[1] + size[0] * size[1] * toward[2];
+  const Eight solid_angle = area / (distance * distance * distance);
+  store_lanes(found.solid_angle, solid_angle);
+  found.large = not_small & bits_of(not_above(all_lanes(look.least_solid_angle), solid_angle));
+  found.inside =
+      not_small & bits_of(not_above(larger(larger(toward[0], toward[1]), toward[2]), none));
+  found.near = not_small & bits_of(not_above(squared, 4.0 * reach * reach));
 }
 
 double squared_distance(const Box& box, const Vec3& p) {
@@ -127,10 +128,8 @@ void OccluderRanking::add_ball(std::uint32_t index) {
   Lanes& lanes = lanes_.back();
   for (int a = 0; a < 3; ++a) {
     lanes.center[a][lane] = static_cast<float>(center[a]);
-    lanes.lo[a][lane] = float_not_above(occluder.box.lo[a]);
-    lanes.hi[a][lane] = float_not_below(occluder.box.hi[a]);
-    largest_coordinate_ =
-        std::max({largest_coordinate_, std::abs(occluder.box.lo[a]), std::abs(occluder.box.hi[a])});
+    lanes.lo[a][lane] = occluder.box.lo[a];
+    lanes.hi[a][lane] = occluder.box.hi[a];
   }
   lanes.radius[lane] = radius;
 
@@ -185,19 +184,14 @@ void OccluderRanking::rank(const CellFrame& frame, const VisibleSet& candidates,
   const Vec3 eye = cell.center();
   const double cell_radius = 0.5 * length(cell.size());
   const double least_distance = 1e-3 + 0.5 * cell_radius;
-  const Look look{.eye = eye,
-                  .cell_radius = cell_radius,
-                  .least_distance = least_distance,
-                  .least_solid_angle = least_solid_angle,
-                  .error = 0x1p-22 * std::max({largest_coordinate_, std::abs(eye.x),
-                                               std::abs(eye.y), std::abs(eye.z)})};
-  // Boxes lie all over the memory: all are asked for before the first is looked at.
+  const Look look{eye, cell_radius, least_distance, least_solid_angle};
   const auto consider = [&](std::uint32_t index, std::uint32_t ball) {
-    const auto* box = reinterpret_cast<const char*>(&scene_.occluders()[index].box);
-    __builtin_prefetch(box);
-    __builtin_prefetch(box + sizeof(Box) - 1);
-    out.push_back({index, ball, 0});
+    const Occluder& occluder = scene_.occluders()[index];
+    const double solid_angle =
+        solid_angle_of(occluder.box, scene_.points(occluder), eye, least_distance);
+    if (solid_angle >= least_solid_angle) out.push_back({index, ball, solid_angle});
   };
+  Found found;
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     // What is true of the largest radius at the least distance is so of all.
     const Block& block = blocks_[b];
@@ -206,25 +200,25 @@ void OccluderRanking::rank(const CellFrame& frame, const VisibleSet& candidates,
       continue;
     const std::size_t end = std::min((b + 1) * kBlock, balls_.size());
     for (std::size_t first = b * kBlock; first < end; first += 8) {
-      const Found found = look_at(lanes_[first / 8], look);
-      for (unsigned rest = found.large | found.near; rest != 0; rest &= rest - 1) {
-        const auto i = static_cast<std::uint32_t>(first + std::countr_zero(rest));
+      look_at(lanes_[first / 8], look, found);
+      for (unsigned rest = found.large | found.inside | found.near; rest != 0; rest &= rest - 1) {
+        const int lane = std::countr_zero(rest);
+        const auto i = static_cast<std::uint32_t>(first + lane);
         if (i >= end) break;
         const Ball& ball = balls_[i];
-        const bool near = ((found.near & rest & -rest) != 0) && ball.face_count > 0;
-        if (!near && (found.large & rest & -rest) == 0) continue;
+        const auto is = [lane](unsigned lanes) { return (lanes >> lane & 1) != 0; };
+        const bool faces = is(found.near) && ball.face_count > 0;
+        if (!faces && !is(found.large | found.inside)) continue;
         if (!owned(ball, candidates)) continue;
-        consider(ball.index, i);
-        for (std::uint32_t f = 0; near && f < ball.face_count; ++f)
+        if (is(found.inside))
+          consider(ball.index, i);  // its points may have the word
+        else if (is(found.large))
+          out.push_back({ball.index, i, found.solid_angle[lane]});
+        for (std::uint32_t f = 0; faces && f < ball.face_count; ++f)
           consider(faces_[ball.first_face + f], i);
       }
     }
   }
-  std::erase_if(out, [&](RankedOccluder& ranked) {
-    const Occluder& occluder = scene_.occluders()[ranked.index];
-    ranked.solid_angle = solid_angle_of(occluder.box, scene_.points(occluder), eye, least_distance);
-    return !(ranked.solid_angle >= least_solid_angle);
-  });
   const std::size_t sorted = std::min(largest, out.size());
   std::partial_sort(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(sorted), out.end(),
                     is_larger);

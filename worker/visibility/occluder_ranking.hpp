@@ -45,7 +45,7 @@ class OccluderRanking {
   // Eight of what may be ranked, side by side, in columns.
   struct Lanes {
     alignas(32) float center[3][8] = {}, radius[8] = {};  // a ball around its box
-    alignas(32) float lo[3][8] = {}, hi[3][8] = {};       // its box, rounded outwards
+    alignas(64) double lo[3][8] = {}, hi[3][8] = {};      // its box
   };
 
  private:
@@ -78,7 +78,6 @@ class OccluderRanking {
   const Scene& scene_;
   std::vector<Ball> balls_;   // of every occluder but faces of solids
   std::vector<Lanes> lanes_;  // the same; the last ones of these are empty
-  double largest_coordinate_ = 0;
   std::vector<Block> blocks_;
   std::vector<std::uint32_t> faces_;  // occluder indices, by solid
 };

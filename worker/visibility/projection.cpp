@@ -226,7 +226,8 @@ unsigned find_box_edges(const BoxViews& views, int corner, const PlaneRect& rect
   const Eight worst = x + y - 0x1p-48 * (magnitude(x) + magnitude(y));
   const Eight size = magnitude(nx) + magnitude(ny);
   const Eight moved = at + (views.margin * size + views.rounding * map_size) + rounding;
-  return (bits_of(out_x) ^ bits_of(out_y)) & ~bits_of(not_above(moved, worst));
+  const Eight odd = out_x - out_y;
+  return bits_of(choose(not_above(moved, worst), none, odd * odd));
 }
 
 void add_box_edges(const BoxViews& views, const ProjectionPlane& plane, const PlaneRect& rect,
