@@ -37,10 +37,25 @@ void set_options(zmq::socket_t& socket) {
   socket.set(zmq::sockopt::handshake_ivl, kHandshakeMs);
 }
 
+// A signal may cut short even what does not wait. Nothing is done then.
+template <typename Operation>
+auto despite_signals(const Operation& operation) {
+  while (true) {
+    try {
+      return operation();
+    } catch (const zmq::error_t& error) {
+      if (error.num() != EINTR) throw;
+    }
+  }
+}
+
 // False: not now. Throws zmq::error_t for anything else.
 bool send_part(zmq::socket_t& socket, std::string_view bytes, bool more) {
   const auto flags = more ? zmq::send_flags::sndmore : zmq::send_flags::none;
-  return socket.send(zmq::buffer(bytes), flags | zmq::send_flags::dontwait).has_value();
+  const auto send = [&] {
+    return socket.send(zmq::buffer(bytes), flags | zmq::send_flags::dontwait);
+  };
+  return despite_signals(send).has_value();
 }
 
 // Header and body; only the first frame of a message can be refused.
@@ -60,7 +75,8 @@ std::vector<zmq::message_t> receive_parts(zmq::socket_t& socket, std::size_t exp
   count = 0;
   for (bool more = true; more;) {
     zmq::message_t part;
-    if (!socket.recv(part, zmq::recv_flags::dontwait)) break;
+    const auto receive = [&] { return socket.recv(part, zmq::recv_flags::dontwait); };
+    if (!despite_signals(receive)) break;
     more = part.more();
     if (++count <= expected) parts.push_back(std::move(part));
   }
