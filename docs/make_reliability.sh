@@ -10,7 +10,10 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 figures=$PWD/build/release/figures.jsonl
 rm -f "$figures"
 status=0
-[ -n "${QUICK:-}" ] || export PVSFARM_FULL=1
+if [ -z "${QUICK:-}" ]; then
+  bash deploy/install.sh --farm  # without the engines, their rows would be skipped
+  export PVSFARM_FULL=1
+fi
 PVSFARM_FIGURES=$figures ctest --test-dir build/release -L '^farm$' --output-on-failure "$@" ||
   status=$?
 page=docs/reliability.md.new

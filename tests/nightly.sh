@@ -8,6 +8,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit 1
 failed=()
 stage() { "$@" || failed+=("$*"); }
 
+stage bash deploy/install.sh --farm
 PVSFARM_NIGHTLY=1 stage bash tests/run.sh "$@"
 sanitized() {
   local preset=$1

@@ -31,6 +31,7 @@ run=$(realpath "$out").farm
 mkdir -p "$run"
 chmod 700 "$run"
 rm -f "$run/state" "$run/endpoint"
+bash "$here/../make_keys.sh" "$run/keys"
 
 coordinator=$(sbatch --parsable "${sbatch_options[@]}" --output="$run/coordinator.log" \
   "$here/coordinator.sbatch" "$run" "${bake[@]}")
@@ -41,7 +42,9 @@ echo "$array" > "$run/workers.job"
 cat <<END
 coordinator: job $coordinator, log $run/coordinator.log
 workers:     jobs ${array}_1 to ${array}_$workers, logs $run/worker-*.log
-How far:     tail $run/coordinator.log
+How far:     tail $run/coordinator.log, or
+             pvsfarm status "\$(cat $run/endpoint)" --key $run/keys/admin.key \\
+               --server-key $run/keys/farm.pub
 Fewer:       scancel ${array}_7 (it finishes its cell first)
 Stop:        scancel $coordinator (the same command goes on)
 END

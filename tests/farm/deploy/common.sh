@@ -57,7 +57,7 @@ wait_for() {
   shift
   until "$@"; do
     [ "$SECONDS" -lt "$end" ] || return 1
-    sleep 0.1
+    sleep 0.3
   done
 }
 

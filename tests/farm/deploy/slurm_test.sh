@@ -12,7 +12,8 @@ need slurmctld slurmd munged sbatch ip nsenter flock
 out=$folder/store/city.pvs
 run=$out.farm
 done_cells() {
-  on_head "$bin/pvsfarm" status "$out" --json 2> /dev/null |
+  on_head "$bin/pvsfarm" status "$(cat "$run/endpoint")" --json --key "$run/keys/admin.key" \
+    --server-key "$run/keys/farm.pub" 2> /dev/null |
     sed -n 's/.*"cells_done":\([0-9]*\).*/\1/p'
 }
 reached() {
@@ -57,14 +58,13 @@ isolate() {  # NODE SECONDS
   mend_link "$1"
 }
 
-blocks=3 workers=4 rounds=1
+blocks=${PVSFARM_BLOCKS:-4} workers=4 rounds=1
 if full_counts; then blocks=5 rounds=3; fi
 make_golden "$blocks"
 say "golden: $cells cells"
 make_network
 start_cluster
 mkdir -p "$folder/store"
-export PVSFARM_BIND=ipc://$folder/farm PVSFARM_ADVERTISE=ipc://$folder/farm
 export PATH=$bin:$PATH PVSFARM_CACHE=$folder/cache PVSFARM_MAX_IDLE=15
 on_head bash "$source/deploy/slurm/bake.sh" --workers "$workers" \
   "$folder/city.obj" -o "$out" "${scene_options[@]}" --json > "$folder/submit.log"
