@@ -178,7 +178,12 @@ std::shared_ptr<BakeOptions> add_bake_options(CLI::App& command) {
                   "seconds without progress after which a worker's cells go to others")
       ->check(CLI::Range(1.0, 3600.0))
       ->capture_default_str();
-  command.add_flag("--fresh", options->fresh, "discard what an earlier bake left, and begin anew");
+  CLI::Option* fresh = command.add_flag("--fresh", options->fresh,
+                                        "discard what an earlier bake left, and begin anew");
+  command
+      .add_flag("--no-resume", options->no_resume,
+                "begin anew, leave an earlier bake's journal as it is, and keep none")
+      ->excludes(fresh);
   command.add_flag("--json", options->json, "the summary as one JSON object");
   return options;
 }
@@ -198,7 +203,10 @@ Result<BakeJob> prepare_job(const BakeOptions& options, const FarmObserver& obse
     error.text = options.scene + ": " + error.text;
     return error;
   }
-  BakeJob job{.settings = options.settings, .output = options.output, .fresh = options.fresh};
+  BakeJob job{.settings = options.settings,
+              .output = options.output,
+              .fresh = options.fresh,
+              .resume = !options.no_resume};
   job.settings.evaluator.raster =
       options.raster == "osmesa" ? RasterKind::kOsmesa : RasterKind::kDirect;
   const auto methods = methods_in(options.methods);

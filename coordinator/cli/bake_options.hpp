@@ -17,7 +17,7 @@ struct BakeOptions {
   std::string methods;  // names with commas
   BakeSettings settings;
   double lease_s = 30;
-  bool fresh = false, json = false;
+  bool fresh = false, no_resume = false, json = false;
 };
 
 // Declares the options on `command`; the answer lives as long as its callback.

@@ -165,6 +165,13 @@ Result<std::unique_ptr<Journal>> Journal::open(const std::string& path,
   return std::unique_ptr<Journal>(new Journal(std::move(state)));
 }
 
+Status Journal::check_free(const std::string& path) {
+  Database db;
+  if (check_journal_file(path).ok())
+    if (Status s = db.open(path); !s && s.error().kind == ErrorKind::kIo) return s;
+  return {};
+}
+
 Status Journal::discard(const std::string& path) {
   Database db;  // until the files are gone nobody else may begin with them
   if (check_journal_file(path).ok())

@@ -27,6 +27,8 @@ class Journal : public ResultLog {
   // process), kInvalidInput (not a journal, damaged, of another bake), each with the way out.
   static Result<std::unique_ptr<Journal>> open(const std::string& path,
                                                const JournalBinding& binding);
+  // Errors: kIo, if a process has a journal there.
+  static Status check_free(const std::string& path);
   // Removes a journal whatever it holds. No file is no error. Errors: kIo; also if a process has
   // it.
   static Status discard(const std::string& path);

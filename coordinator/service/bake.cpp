@@ -47,6 +47,8 @@ struct Temporary {
 };
 
 std::string journal_path(const std::string& output) { return output + ".journal"; }
+// Of a bake that does not resume: another's journal stays where it is.
+std::string passing_journal_path(const std::string& output) { return output + ".passing"; }
 std::string endpoint_path(const std::string& output) { return output + ".endpoint"; }
 
 // What a killed coordinator of this output could not remove.
@@ -61,7 +63,8 @@ void remove_left_behind(const std::string& output) {
 
 bool already_baked(const BakeJob& job, const Digest& bake_digest) {
   std::error_code none;
-  if (job.fresh || fs::exists(journal_path(job.output), none) || !fs::exists(job.output, none))
+  if (job.fresh || !job.resume || fs::exists(journal_path(job.output), none) ||
+      !fs::exists(job.output, none))
     return false;
   const auto store = StoreReader::open(job.output);
   if (!store || (*store)->header().bake_digest != bake_digest) return false;
@@ -83,6 +86,25 @@ std::string journal_settings(const BakeSettings& settings) {
   const std::uint32_t viewpoints = settings.evaluator.hint_viewpoints;
   const std::string text = settings_json(settings, "");
   return viewpoints == 0 ? text : text + " hints " + std::to_string(viewpoints);
+}
+
+// The journal of a bake that leaves none. Made before the journal, so that it outlives it.
+struct PassingJournal {
+  std::string path;
+  ~PassingJournal() {
+    if (!path.empty()) static_cast<void>(Journal::discard(path));
+  }
+};
+
+// Opens this bake's journal, and sees to it that nobody else bakes to the output.
+Result<std::unique_ptr<Journal>> open_journal(const BakeJob& job, const Digest& bake_digest) {
+  const std::string kept = journal_path(job.output), passing = passing_journal_path(job.output);
+  if (job.fresh)
+    if (Status status = Journal::discard(kept); !status) return status.error();
+  if (Status status = Journal::check_free(kept); !status) return status.error();
+  if (Status status = Journal::discard(passing); !status) return status.error();
+  return Journal::open(job.resume ? kept : passing,
+                       {journal_digest(bake_digest, job.settings), journal_settings(job.settings)});
 }
 
 // The bake while it runs: what outlives the loop and is needed by the final store.
@@ -179,6 +201,7 @@ Status evaluate_cells(const BakeJob& job, const FarmOptions& farm, const FarmObs
     return write_file(endpoint_file->path, endpoint + "\n" + folder.path() + "\n");
   };
   BakeWork work(*running.tree, *running.journal, running.estimate);
+  if (!job.resume) work.keeps_nothing();
   FarmFigures figures;
   const Status status = run_farm(farm_job, work, folder, farm, observer, figures);
   running.kernel = figures.kernel;
@@ -211,11 +234,9 @@ Result<BakeSummary> bake(BakeJob job, const FarmOptions& farm, const FarmObserve
   if (already_baked(job, bake_digest)) return BakeSummary{.already_baked = true};
 
   // 1. The journal: this bake's, or none.
-  if (job.fresh)
-    if (Status status = Journal::discard(journal_path(job.output)); !status) return status.error();
+  const PassingJournal passing{job.resume ? "" : passing_journal_path(job.output)};
   Running running;
-  auto journal = Journal::open(journal_path(job.output), {journal_digest(bake_digest, job.settings),
-                                                          journal_settings(job.settings)});
+  auto journal = open_journal(job, bake_digest);
   if (!journal) return journal.error();
   running.journal = std::move(journal).value();
 

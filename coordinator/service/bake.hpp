@@ -17,6 +17,7 @@ struct BakeJob {
   BakeSettings settings;
   std::string output;  // OUT.pvs; beside it OUT.pvs.journal while it is not complete
   bool fresh = false;  // discard a journal, whatever bake it belongs to
+  bool resume = true;  // else neither goes on from a journal nor leaves one: it stays as it is
 };
 
 struct BakeSummary {

@@ -105,6 +105,7 @@ std::string BakeWork::name_of(const CellKey& key) const {
 }
 
 std::string BakeWork::when_stopped() const {
+  if (!keeps_) return "nothing is kept, as --no-resume asks";
   return "the journal keeps what is done, the same command goes on from there";
 }
 

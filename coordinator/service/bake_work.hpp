@@ -24,6 +24,7 @@ class BakeWork : public Work {
   WorkProgress progress(Millis now) override;
   std::string name_of(const CellKey& key) const override;
   std::string when_stopped() const override;
+  void keeps_nothing() { keeps_ = false; }  // its log goes with it
 
   // Cells of which a second result had other bytes than the first.
   std::uint64_t disagreements() const { return disagreements_; }
@@ -42,6 +43,7 @@ class BakeWork : public Work {
   std::vector<CellKey> opened_, given_up_;
   std::uint64_t result_bytes_ = 0;
   std::uint64_t disagreements_ = 0, contradictions_ = 0;
+  bool keeps_ = true;
 };
 
 }  // namespace pvsfarm
