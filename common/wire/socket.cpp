@@ -3,7 +3,9 @@
 #include <arpa/inet.h>
 
 #include <deque>
+#include <random>
 #include <unordered_map>
+#include <utility>
 #include <zmq.hpp>
 
 #include "common/wire/authenticator.hpp"
@@ -105,6 +107,16 @@ void poll(zmq::socket_t& socket, std::chrono::milliseconds timeout, std::span<co
   } catch (const zmq::error_t& error) {
     if (error.num() != EINTR) throw;
   }
+}
+
+// The first wait between tries, and the longest. Hundreds of machines that lost the same
+// coordinator must not knock at its successor's door all at once, so each has a pace of its own; of
+// one machine there are few.
+std::pair<int, int> reconnect_pace(const std::string& endpoint) {
+  for (const char* near : {"ipc://", "tcp://127.", "tcp://localhost:", "tcp://[::1]:"})
+    if (endpoint.rfind(near, 0) == 0) return {500, 2'000};
+  std::random_device device;
+  return {500 + static_cast<int>(device() % 8'000), 8'500};
 }
 
 Error endpoint_error(const std::string& endpoint, const zmq::error_t& error, const char* verb) {
@@ -272,8 +284,9 @@ Result<std::unique_ptr<Dealer>> Dealer::connect(const std::string& endpoint,
     auto state = std::make_unique<State>();
     set_options(state->socket);
     state->socket.set(zmq::sockopt::immediate, true);
-    state->socket.set(zmq::sockopt::reconnect_ivl, 500);
-    state->socket.set(zmq::sockopt::reconnect_ivl_max, 2'000);
+    const auto [first_ms, most_ms] = reconnect_pace(endpoint);
+    state->socket.set(zmq::sockopt::reconnect_ivl, first_ms);
+    state->socket.set(zmq::sockopt::reconnect_ivl_max, most_ms);
     if (security) present_key(state->socket, *security);
     state->socket.connect(endpoint);
     return std::unique_ptr<Dealer>(new Dealer(std::move(state)));

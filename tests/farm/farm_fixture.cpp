@@ -112,6 +112,17 @@ std::unique_ptr<Process> FarmFixture::coordinate(const std::vector<std::string>&
   return process;
 }
 
+std::uint64_t FarmFixture::hide_scene() const {
+  std::uint64_t bytes = 0;
+  for (const auto& entry : fs::directory_iterator(folder_)) {
+    const fs::path scene = entry.path() / "scene";
+    if (entry.path().filename().string().rfind("pvsfarm-", 0) != 0 || !fs::exists(scene)) continue;
+    bytes = fs::file_size(scene);
+    fs::remove(scene);
+  }
+  return bytes;
+}
+
 std::uint64_t FarmFixture::cells_done() const {
   const auto report = status();
   return report ? report->cells_done : 0;

@@ -67,6 +67,8 @@ class FarmFixture : public testing::Test {
   // A coordinator of a new bake, listening; endpoint() is then where.
   std::unique_ptr<Process> coordinate(const std::vector<std::string>& more = {},
                                       const std::string& bind = "tcp://127.0.0.1:*");
+  // Takes away the scene's file that workers of this machine would map. Its size.
+  std::uint64_t hide_scene() const;
   const std::string& endpoint() const { return endpoint_; }
   int port() const { return std::stoi(endpoint_.substr(endpoint_.rfind(':') + 1)); }
   std::optional<StatusReport> status() const { return ask_status(endpoint_); }

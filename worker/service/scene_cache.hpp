@@ -25,8 +25,9 @@ class SceneCache {
   // its name says is passed over.
   ScenePointer find(const Digest& digest, const std::string& hinted_path) const;
 
-  // Begins a download into a temporary file of this process. Errors: kIo.
-  Status begin(const Digest& digest);
+  // Begins a download into a temporary file, or goes on with one that was cut off, by this process
+  // or another that is no more. Returns the bytes that are there. Errors: kIo.
+  Result<std::uint64_t> begin(const Digest& digest, std::uint64_t total_bytes);
   // Chunks in order. True: that was the last, and the scene is in the cache.
   // Errors: kIo; kInvalidInput if the whole does not have the digest.
   Result<bool> add(const BlobChunk& chunk);

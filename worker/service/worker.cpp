@@ -127,10 +127,11 @@ void WorkerLoop::prepare_scene() {
     const bool here = is_local(options_.endpoint);
     waiting_scene_ = cache_.find(wanted->scene, here ? wanted->scene_path : "");
     if (!waiting_scene_) {
-      log_info("fetching the scene, " + std::to_string(wanted->scene_bytes) + " bytes");
-      if (Status begun = cache_.begin(wanted->scene); !begun)
-        return fail(kExitRetry, begun.error());
-      messenger_.fetch_scene(0);
+      const auto have = cache_.begin(wanted->scene, wanted->scene_bytes);
+      if (!have) return fail(kExitRetry, have.error());
+      log_info("fetching the scene, " + std::to_string(wanted->scene_bytes) + " bytes" +
+               (*have > 0 ? ", of which " + std::to_string(*have) + " are here" : ""));
+      messenger_.fetch_scene(*have);
     }
   }
   if (const std::optional<BlobChunk> chunk = messenger_.take_scene_chunk()) {
