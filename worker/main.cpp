@@ -8,6 +8,7 @@
 #include "worker/inquiry/audit.hpp"
 #include "worker/inquiry/explain.hpp"
 #include "worker/render/osmesa_context.hpp"
+#include "worker/service/manners.hpp"
 #include "worker/service/scene_cache.hpp"
 #include "worker/service/worker.hpp"
 
@@ -45,11 +46,39 @@ Status read_keys(const std::string& key, const std::string& server_key, WorkerOp
   return {};
 }
 
+struct Manners {
+  bool low_priority = false;
+  std::uint64_t memory_mib = 0;  // 0: no limit
+  std::string log_format = "text";
+};
+
+void add_manners(CLI::App& app, Manners& manners) {
+  app.add_flag("--low-priority", manners.low_priority,
+               "use processor and disk only when nobody else wants them");
+  app.add_option("--memory-limit", manners.memory_mib,
+                 "MiB the worker may have beside the mapped scene; a task that needs more fails, "
+                 "and goes to another worker")
+      ->check(CLI::Range(64, 1 << 24));
+  app.add_option("--log-format", manners.log_format, "of the lines on stderr: text or json")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->capture_default_str();
+}
+
+void mind(const Manners& manners) {
+  std::string note;
+  if (manners.low_priority) step_back(note);
+  if (!note.empty()) log_info(note);
+  if (manners.memory_mib == 0) return;
+  if (const Status limited = limit_memory(manners.memory_mib << 20); !limited)
+    log_warning(limited.error().text);
+}
+
 int run(int argc, char** argv) {
   WorkerOptions options{.cache_folder = default_cache_folder(),
                         .build = "pvsfarm-worker " PVSFARM_VERSION};
   int verbosity = 0;
   bool quiet = false;
+  Manners manners;
   CLI::App app("Evaluates cells for a pvsfarm coordinator.", "pvsfarm-worker");
   app.add_option("--connect", options.endpoint, "where the coordinator listens")
       ->required()
@@ -65,6 +94,7 @@ int run(int argc, char** argv) {
       ->envname("PVSFARM_SERVER_KEY");
   app.add_option("--max-idle", options.max_idle_s, "leave after so many seconds without work")
       ->check(CLI::NonNegativeNumber);
+  add_manners(app, manners);
   app.add_flag("-q,--quiet", quiet, "only warnings and errors");
   app.add_flag("-v,--verbose", verbosity, "more on stderr");
   app.set_version_flag("--version", "pvsfarm-worker " PVSFARM_VERSION);
@@ -80,7 +110,10 @@ int run(int argc, char** argv) {
     return kExitDoNotRetry;
   }
   const LogLevel usual = quiet ? LogLevel::kWarning : LogLevel::kInfo;
-  set_up_log({.program = "pvsfarm-worker", .level = verbosity > 0 ? LogLevel::kDebug : usual});
+  set_up_log({.program = "pvsfarm-worker",
+              .level = verbosity > 0 ? LogLevel::kDebug : usual,
+              .json = manners.log_format == "json"});
+  mind(manners);
   if (const Status status = read_keys(key, server_key, options); !status) {
     log_error(status.error().text);
     return kExitDoNotRetry;
@@ -89,6 +122,7 @@ int run(int argc, char** argv) {
   return run_worker(options, {.make_evaluator = make_evaluator,
                               .make_auditor = make_auditor,
                               .make_explainer = make_explainer,
+                              .begin_thread = manners.low_priority ? run_when_idle : nullptr,
                               .has_osmesa = !options.kernel.mesa_version.empty()});
 }
 

@@ -36,7 +36,8 @@ inline constexpr std::size_t kMaxResultBytes = 256 * 1024 * 1024;
 inline constexpr std::size_t kMaxTextBytes = 2048;
 inline constexpr std::size_t kMaxSlots = 256;
 inline constexpr std::size_t kMaxRunning = 1024;  // leases in one heartbeat
-inline constexpr std::size_t kMaxReportedWorkers = 4096;
+inline constexpr std::size_t kMaxReportedWorkers = 3072;
+inline constexpr std::size_t kMaxNamedCells = 20;  // that were given up, in a status
 
 using WorkerUuid = std::array<std::uint8_t, 16>;
 using Bytes = std::vector<std::byte>;
@@ -206,6 +207,18 @@ struct Bye {};
 struct Shutdown {};
 
 struct StatusGet {};
+// What happened since the coordinator was started; they only grow.
+struct FarmCounters {
+  std::uint64_t tasks = 0, results = 0, duplicates = 0, stale = 0, mismatches = 0, resends = 0;
+  std::uint64_t failed_transient = 0, failed_deterministic = 0, failed_resource = 0;
+  std::uint64_t leases_expired = 0;
+  std::uint64_t workers_joined = 0, workers_lost = 0, workers_refused = 0;
+  std::uint64_t commits = 0, splits = 0;
+};
+// Upper bounds, in seconds of processor time, of the classes that cells are counted in; one more
+// class has what is above.
+inline constexpr std::array<double, 12> kCellSecondsBounds{0.001, 0.003, 0.01, 0.03, 0.1, 0.3,
+                                                           1,     3,     10,   30,   100, 300};
 struct StatusReport {
   struct Worker {
     std::string host;
@@ -214,9 +227,16 @@ struct StatusReport {
     std::uint32_t leases = 0;
     std::uint64_t silent_ms = 0;
     std::uint64_t resident_bytes = 0;
+    std::string build;
+    std::string state;                // "computing", "idle", "preparing", "draining", "suspect"
+    std::string running;              // the first cell of what it computes
+    std::uint32_t running_cells = 0;  // of that task; 0: computes nothing
+    std::uint64_t running_ms = 0, connected_ms = 0;
+    std::uint64_t failures = 0;  // tasks that failed or ran out of time with it
+    std::uint64_t number = 0;    // of the session, from 1
   };
   std::string output;
-  std::string state;  // "running", "draining", "writing"
+  std::string state;  // "running", "paused", "draining"
   std::uint64_t cells_done = 0, cells_open = 0;
   double cells_expected = 0;  // done + open + what splitting is expected to add
   double cells_per_second = 0;
@@ -225,8 +245,16 @@ struct StatusReport {
   std::uint64_t elapsed_ms = 0;
   std::string last_error;
   std::vector<Worker> workers;
+  std::uint64_t cells_leased = 0, cells_resumed = 0, cells_quarantined = 0;
+  std::vector<std::string> quarantined;  // the first kMaxNamedCells of them, by name
+  std::uint64_t journal_bytes = 0;
+  double eta_low_s = -1, eta_high_s = -1;  // around eta_s; negative: not known yet
+  FarmCounters counters;
+  std::array<std::uint64_t, kCellSecondsBounds.size() + 1> cell_seconds{};
+  double cpu_s = 0;                  // processor time of all cells of this run
+  std::uint64_t resident_bytes = 0;  // of the coordinator
 };
-enum class ControlKind { kDrain = 1, kCancel };
+enum class ControlKind { kDrain = 1, kCancel, kPause, kResume };
 struct Control {
   ControlKind kind = ControlKind::kDrain;
 };

@@ -213,30 +213,6 @@ void pack(const Shutdown&, proto::Empty&) {}
 void pack(const StatusGet&, proto::Empty&) {}
 void pack(const ControlAck&, proto::Empty&) {}
 
-void pack(const StatusReport& plain, proto::StatusReport& message) {
-  message.set_output(text_of(plain.output));
-  message.set_state(text_of(plain.state));
-  message.set_cells_done(plain.cells_done);
-  message.set_cells_open(plain.cells_open);
-  message.set_cells_expected(plain.cells_expected);
-  message.set_cells_per_second(plain.cells_per_second);
-  message.set_eta_s(plain.eta_s);
-  message.set_result_bytes(plain.result_bytes);
-  message.set_elapsed_ms(plain.elapsed_ms);
-  message.set_last_error(text_of(plain.last_error));
-  const std::size_t count = std::min(plain.workers.size(), kMaxReportedWorkers);
-  for (std::size_t i = 0; i < count; ++i) {
-    const StatusReport::Worker& worker = plain.workers[i];
-    proto::StatusReport::Worker& out = *message.add_workers();
-    out.set_host(worker.host.substr(0, 64));
-    out.set_pid(worker.pid);
-    out.set_cells_done(worker.cells_done);
-    out.set_leases(worker.leases);
-    out.set_silent_ms(worker.silent_ms);
-    out.set_resident_bytes(worker.resident_bytes);
-  }
-}
-
 void pack(const Control& plain, proto::Control& message) {
   message.set_kind(static_cast<proto::ControlKind>(plain.kind));
 }

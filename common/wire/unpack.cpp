@@ -308,25 +308,6 @@ Status unpack(const proto::Empty&, Shutdown&) { return {}; }
 Status unpack(const proto::Empty&, StatusGet&) { return {}; }
 Status unpack(const proto::Empty&, ControlAck&) { return {}; }
 
-Status unpack(const proto::StatusReport& in, StatusReport& out) {
-  if (!copy_text(in.output(), out.output) || !copy_text(in.state(), out.state) ||
-      !copy_text(in.last_error(), out.last_error))
-    return refused("STATUS with a text too long");
-  if (static_cast<std::size_t>(in.workers_size()) > kMaxReportedWorkers)
-    return refused("STATUS with too many workers");
-  out.cells_done = in.cells_done();
-  out.cells_open = in.cells_open();
-  out.cells_expected = in.cells_expected();
-  out.cells_per_second = in.cells_per_second();
-  out.eta_s = in.eta_s();
-  out.result_bytes = in.result_bytes();
-  out.elapsed_ms = in.elapsed_ms();
-  for (const proto::StatusReport::Worker& worker : in.workers())
-    out.workers.push_back({worker.host(), worker.pid(), worker.cells_done(), worker.leases(),
-                           worker.silent_ms(), worker.resident_bytes()});
-  return {};
-}
-
 Status unpack(const proto::Control& in, Control& out) {
   if (!proto::ControlKind_IsValid(in.kind()) || in.kind() == proto::CONTROL_NONE)
     return refused("CONTROL of an unknown kind");

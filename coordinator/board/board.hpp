@@ -24,6 +24,7 @@
 #include "common/base/ids.hpp"
 #include "coordinator/board/conduct.hpp"
 #include "coordinator/board/step_times.hpp"
+#include "coordinator/board/task_order.hpp"
 #include "coordinator/tree/tree.hpp"
 
 namespace pvsfarm {
@@ -50,6 +51,7 @@ struct BoardLimits {
   Millis longest_pause{2'000};      // (four times as long where memory was short)
   Millis speculate_after{200};      // at least, before a lease is copied or moved
   ConductLimits conduct;
+  TaskOrder order;
 };
 
 struct BoardTask {
@@ -63,7 +65,7 @@ class Board {
   // Leases are numbered from `first_lease`: a coordinator that starts again must not use the
   // numbers of its predecessor, whose results may still arrive.
   explicit Board(const BoardLimits& limits = {}, std::uint64_t first_lease = 1)
-      : limits_(limits), next_lease_(first_lease) {}
+      : limits_(limits), next_lease_(first_lease), fresh_(limits.order) {}
 
   void add(const CellKey& key);  // an open cell
   // A cell to be done once more, by another worker than that if there is one.
@@ -186,7 +188,8 @@ class Board {
   Millis median_{}, p95_{};  // of steps_, as of its last few
   std::size_t slots_ = 0;    // of all workers
   WorkerId newest_{};
-  std::set<CellKey> fresh_, retries_;
+  std::set<CellKey, TaskOrder> fresh_;
+  std::set<CellKey> retries_;
   std::unordered_map<CellKey, BoardLease, CellKeyHash> leased_;
   std::unordered_map<CellKey, Trouble, CellKeyHash> trouble_;
   std::map<BoardLease, Lease> leases_;

@@ -1,17 +1,13 @@
 #include "coordinator/cli/bake_options.hpp"
 
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <iostream>
 #include <sstream>
 
-#include "common/base/log.hpp"
 #include "common/scene/import.hpp"
 #include "common/scene/scene_build.hpp"
 #include "coordinator/cli/bake_summary.hpp"
-#include "coordinator/cli/progress_line.hpp"
 
 namespace pvsfarm {
 namespace {
@@ -185,6 +181,7 @@ std::shared_ptr<BakeOptions> add_bake_options(CLI::App& command) {
                 "begin anew, leave an earlier bake's journal as it is, and keep none")
       ->excludes(fresh);
   command.add_flag("--json", options->json, "the summary as one JSON object");
+  add_watch_options(command, options->watch);
   return options;
 }
 
@@ -224,30 +221,18 @@ Result<BakeJob> prepare_job(const BakeOptions& options, const FarmObserver& obse
   return job;
 }
 
-FarmObserver observe(const CommandContext& context) {
-  auto line = std::make_shared<ProgressLine>(ProgressLine::Options{
-      .terminal = isatty(STDERR_FILENO) == 1, .quiet = context.verbosity < 0});
-  return {.progress = [line](const StatusReport& report) { line->show(report); },
-          .note =
-              [line](const std::string& text) {
-                line->clear();
-                log_info(text);
-              },
-          .warning =
-              [line](const std::string& text) {
-                line->clear();
-                log_warning(text);
-              }};
-}
-
 Status run_bake(const BakeOptions& options, FarmOptions farm, const CommandContext& context) {
   farm.lease = std::chrono::milliseconds(static_cast<std::int64_t>(options.lease_s * 1e3));
   if (Status status = check_output(options.output); !status) return status;
-  const FarmObserver observer = observe(context);
+  const auto watch = Watch::begin(options.watch, context);
+  if (!watch) return watch.error();
+  const FarmObserver& observer = (*watch)->observer();
   Result<BakeJob> job = prepare_job(options, observer);
   if (!job) return job.error();
   const Methods methods = job->settings.evaluator.methods;
+  (*watch)->start(options.output, job->roots.size());
   const Result<BakeSummary> summary = bake(std::move(job).value(), farm, observer);
+  (*watch)->finish();
   if (!summary) return summary.error();
   if (summary->already_baked) observer.note(options.output + ": already baked");
   if (options.json)

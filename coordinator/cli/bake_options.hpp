@@ -6,6 +6,7 @@
 
 #include "common/base/result.hpp"
 #include "coordinator/cli/command.hpp"
+#include "coordinator/cli/watch.hpp"
 #include "coordinator/service/bake.hpp"
 
 namespace pvsfarm {
@@ -17,6 +18,7 @@ struct BakeOptions {
   std::string methods;  // names with commas
   BakeSettings settings;
   double lease_s = 30;
+  WatchOptions watch;
   bool fresh = false, no_resume = false, json = false;
 };
 
@@ -25,9 +27,6 @@ std::shared_ptr<BakeOptions> add_bake_options(CLI::App& command);
 
 // Reads scene and cells: every bad input is found here, before any work.
 Result<BakeJob> prepare_job(const BakeOptions& options, const FarmObserver& observer);
-
-// The log lines and the progress line of a bake; `context` and the answer outlive it.
-FarmObserver observe(const CommandContext& context);
 
 // Runs it and prints the summary on stdout. Errors: also kIncomplete, after the store was written.
 Status run_bake(const BakeOptions& options, FarmOptions farm, const CommandContext& context);

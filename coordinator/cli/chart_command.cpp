@@ -137,7 +137,9 @@ Result<std::vector<CellDelta>> evaluate_on_farm(std::span<const ChartTask> tasks
 
 Result<std::vector<ChartRow>> measure_scene(const ChartOptions& options,
                                             const CommandContext& context) {
-  const FarmObserver observer = observe(context);
+  const auto watch = Watch::begin({}, context);
+  if (!watch) return watch.error();
+  const FarmObserver& observer = (*watch)->observer();
   auto job = prepare_job(options.scene, observer);
   if (!job) return job.error();
   ChartRequest request{.scene_name = options.name,

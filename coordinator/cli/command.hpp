@@ -29,9 +29,10 @@ class App;
 namespace pvsfarm {
 
 struct CommandContext {
-  int verbosity = 0;    // -q: -1; -v: 1; -vv: 2
-  bool color = false;   // stderr is a terminal and NO_COLOR is unset
-  std::string program;  // path of this executable: pvsfarm-worker stands beside it
+  int verbosity = 0;      // -q: -1; -v: 1; -vv: 2
+  bool json_log = false;  // --log-format json
+  bool color = false;     // stderr is a terminal and NO_COLOR is unset
+  std::string program;    // path of this executable: pvsfarm-worker stands beside it
   // What the chosen command does. Data goes to stdout, everything else to stderr. An Error ends the
   // program with its kind as the exit code and its text as the one line `pvsfarm: text`.
   std::function<Status()> run;
@@ -49,7 +50,9 @@ void add_export_command(CLI::App& app, CommandContext& context);
 void add_generate_command(CLI::App& app, CommandContext& context);
 void add_inspect_command(CLI::App& app, CommandContext& context);
 void add_keygen_command(CLI::App& app, CommandContext& context);
+void add_pause_command(CLI::App& app, CommandContext& context);
 void add_query_command(CLI::App& app, CommandContext& context);
+void add_resume_command(CLI::App& app, CommandContext& context);
 void add_status_command(CLI::App& app, CommandContext& context);
 void add_validate_command(CLI::App& app, CommandContext& context);
 

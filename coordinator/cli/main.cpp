@@ -48,6 +48,8 @@ void add_commands(CLI::App& app, CommandContext& context) {
   add_coordinate_command(app, context);
   add_keygen_command(app, context);
   add_status_command(app, context);
+  add_pause_command(app, context);
+  add_resume_command(app, context);
   add_drain_command(app, context);
   add_cancel_command(app, context);
   add_audit_command(app, context);
@@ -102,6 +104,11 @@ int run(int argc, char** argv) {
   bool quiet = false;
   app.add_flag("-q,--quiet", quiet, "only warnings and errors on stderr");
   app.add_flag("-v,--verbose", context.verbosity, "more on stderr; twice: more still");
+  std::string log_format = "text";
+  app.add_option("--log-format", log_format,
+                 "of the lines on stderr: text, or one JSON object each")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->capture_default_str();
   add_commands(app, context);
   add_settings_sources(app);
 
@@ -109,10 +116,17 @@ int run(int argc, char** argv) {
   if (quiet) context.verbosity = -1;
   const char* no_color = std::getenv("NO_COLOR");
   context.color = (no_color == nullptr || *no_color == '\0') && isatty(STDERR_FILENO) == 1;
-  set_up_log({.program = "pvsfarm", .level = log_level(context.verbosity), .color = context.color});
+  context.json_log = log_format == "json";
+  set_up_log({.program = "pvsfarm",
+              .level = log_level(context.verbosity),
+              .color = context.color,
+              .json = context.json_log});
 
-  if (const Status status = context.run(); !status) return report(status.error());
-  return 0;
+  const Status status = context.run();
+  if (status) return 0;
+  if (!context.json_log) return report(status.error());
+  log_event({.level = LogLevel::kError, .event = "failed", .text = status.error().text});
+  return static_cast<int>(status.error().kind);
 }
 
 }  // namespace

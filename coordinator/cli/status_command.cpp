@@ -1,60 +1,54 @@
 // `pvsfarm status OUT.pvs|ENDPOINT`: how far a running bake is.
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
+#include <thread>
 
 #include "coordinator/cli/ask_coordinator.hpp"
 #include "coordinator/cli/command.hpp"
-#include "coordinator/cli/progress_line.hpp"
-#include "coordinator/cli/text.hpp"
+#include "coordinator/cli/status_text.hpp"
 
 namespace pvsfarm {
 namespace {
 
+constexpr const char* kToTop = "\033[H\033[J";  // of an empty screen
+
 struct StatusOptions {
   CoordinatorAddress address;
-  bool json = false;
+  bool json = false, watch = false;
+  double every_s = 2;
 };
 
-// File names need not be UTF-8; JSON must be.
-std::string dump(const nlohmann::ordered_json& json) {
-  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+Result<StatusReport> ask(const CoordinatorAddress& address) {
+  const Result<Message> answer = ask_coordinator(address, StatusGet{});
+  if (!answer) return answer.error();
+  const auto* report = std::get_if<StatusReport>(&*answer);
+  if (report == nullptr) return runtime_error(address.name() + ": not a status in answer");
+  return *report;
 }
 
-void print_json(const StatusReport& r) {
-  nlohmann::ordered_json workers = nlohmann::ordered_json::array();
-  for (const StatusReport::Worker& w : r.workers)
-    workers.push_back({{"host", w.host},
-                       {"pid", w.pid},
-                       {"cells_done", w.cells_done},
-                       {"leases", w.leases},
-                       {"silent_ms", w.silent_ms},
-                       {"resident_bytes", w.resident_bytes}});
-  nlohmann::ordered_json json{{"output", r.output},
-                              {"state", r.state},
-                              {"cells_done", r.cells_done},
-                              {"cells_open", r.cells_open},
-                              {"cells_expected", r.cells_expected},
-                              {"cells_per_second", r.cells_per_second},
-                              {"eta_s", nullptr},
-                              {"result_bytes", r.result_bytes},
-                              {"elapsed_ms", r.elapsed_ms},
-                              {"last_error", r.last_error},
-                              {"workers", workers}};
-  if (r.eta_s >= 0) json["eta_s"] = r.eta_s;
-  std::cout << dump(json) << '\n';
+void print(const StatusReport& report, const StatusOptions& options, bool redraw) {
+  std::cout << (redraw ? kToTop : "")
+            << (options.json ? status_json(report) + '\n' : status_text(report)) << std::flush;
 }
 
-void print_text(const StatusReport& r) {
-  std::cout << r.output << ": " << r.state << ", " << progress_text(r) << ", "
-            << duration_text(static_cast<double>(r.elapsed_ms) / 1e3) << " so far\n"
-            << r.cells_open << " cells open\n";
-  for (const StatusReport::Worker& w : r.workers)
-    std::cout << "worker " << w.host << ':' << w.pid << ": " << w.cells_done << " cells, "
-              << w.leases << " leases, heard " << w.silent_ms << " ms ago, "
-              << bytes_text(w.resident_bytes) << '\n';
-  if (!r.last_error.empty()) std::cout << "last trouble: " << r.last_error << '\n';
+// Until the coordinator no longer answers. Errors: none ever answered.
+Status watch(const StatusOptions& options) {
+  const bool redraw = !options.json && isatty(STDOUT_FILENO) == 1;
+  for (bool first = true;; first = false) {
+    const Result<StatusReport> report = ask(options.address);
+    if (!report && first) return report.error();
+    if (!report) {
+      if (!options.json) std::cout << options.address.name() << ": no longer at work\n";
+      return {};
+    }
+    print(*report, options, redraw);
+    if (!std::cout) return {};  // whoever read it has gone
+    std::this_thread::sleep_for(std::chrono::duration<double>(options.every_s));
+  }
 }
 
 }  // namespace
@@ -63,18 +57,20 @@ void add_status_command(CLI::App& app, CommandContext& context) {
   auto options = std::make_shared<StatusOptions>();
   CLI::App* command = app.add_subcommand("status", "how far a running bake is");
   add_coordinator_address(*command, options->address);
-  command->add_flag("--json", options->json, "as one JSON object");
+  command->add_flag("--json", options->json, "as one JSON object; with --watch one a line");
+  command->add_flag("--watch", options->watch, "again and again, until the bake ends");
+  command->add_option("--every", options->every_s, "seconds between two of --watch")
+      ->check(CLI::Range(0.1, 3600.0))
+      ->capture_default_str();
   command->footer(
-      "Examples:\n  pvsfarm status city.pvs\n  pvsfarm status --connect tcp://host:5555 "
-      "--key admin.key --server-key farm.pub");
+      "Examples:\n  pvsfarm status city.pvs\n  pvsfarm status city.pvs --watch\n"
+      "  pvsfarm status --connect tcp://host:5555 --key admin.key --server-key farm.pub");
   command->callback([&context, options] {
     context.run = [options]() -> Status {
-      const Result<Message> answer = ask_coordinator(options->address, StatusGet{});
-      if (!answer) return answer.error();
-      const auto* report = std::get_if<StatusReport>(&*answer);
-      if (report == nullptr)
-        return runtime_error(options->address.name() + ": not a status in answer");
-      options->json ? print_json(*report) : print_text(*report);
+      if (options->watch) return watch(*options);
+      const Result<StatusReport> report = ask(options->address);
+      if (!report) return report.error();
+      print(*report, *options, false);
       return {};
     };
   });

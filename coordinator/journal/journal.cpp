@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <filesystem>
 
 #include "coordinator/journal/database.hpp"
 #include "coordinator/journal/journal_file.hpp"
@@ -142,6 +143,16 @@ Status Journal::State::check(const JournalBinding& binding) {
 
 Journal::Journal(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Journal::~Journal() = default;
+
+std::uint64_t Journal::bytes() const {
+  std::uint64_t sum = 0;
+  for (const char* suffix : {"", "-wal"}) {
+    std::error_code none;
+    const auto size = std::filesystem::file_size(state_->db.path() + suffix, none);
+    if (!none) sum += size;
+  }
+  return sum;
+}
 
 Result<std::unique_ptr<Journal>> Journal::open(const std::string& path,
                                                const JournalBinding& binding) {

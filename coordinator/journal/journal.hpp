@@ -43,6 +43,7 @@ class Journal : public ResultLog {
 
   // Pages that the -wal file holds before they go to the main one; tests take few.
   void checkpoint_every(int pages);
+  std::uint64_t bytes() const override;
 
   // The kernel whose results the journal holds; "" before the first worker.
   Result<std::string> kernel() const;

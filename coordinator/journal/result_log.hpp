@@ -45,7 +45,8 @@ class ResultLog {
   // After success every row appended so far survives a crash of the machine; unless the disk is
   // full: then all stays as it was, to be tried again.
   virtual Status commit() = 0;
-  virtual bool disk_full() const { return false; }  // at the last commit()
+  virtual bool disk_full() const { return false; }   // at the last commit()
+  virtual std::uint64_t bytes() const { return 0; }  // on the disk
 };
 
 }  // namespace pvsfarm

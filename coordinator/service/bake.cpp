@@ -194,7 +194,8 @@ Status evaluate_cells(const BakeJob& job, const FarmOptions& farm, const FarmObs
   FarmJob farm_job{.scene = running.scene,
                    .settings = job.settings.evaluator,
                    .pinned_kernel = running.kernel,
-                   .output = job.output};
+                   .output = job.output,
+                   .order = TaskOrder::spread(running.tree->root_count())};
   // Where we listen, and what goes with us: remove_left_behind() reads it if we are killed.
   farm_job.listening = [&](const std::string& endpoint) {
     endpoint_file.emplace(endpoint_path(job.output));
@@ -266,6 +267,7 @@ Result<BakeSummary> bake(BakeJob job, const FarmOptions& farm, const FarmObserve
   if (Status status = evaluate_cells(job, farm, observer, running, *folder, summary); !status)
     return status.error();
 
+  if (observer.enter) observer.enter("writing");
   // 4. The store. Its journal stays if cells are missing: the same command tries them again.
   if (Status status = write_store(running, job, bake_digest, observer, summary); !status)
     return status.error();

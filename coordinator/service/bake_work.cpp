@@ -67,7 +67,7 @@ Status BakeWork::merge(const ResultRow& row, const std::string& worker, WorkAnsw
   switch (merged->outcome) {
     case MergeOutcome::kMerged:
       note_contradictions(row, worker, answer);
-      answer.done.push_back({row.key, row.statistics.cpu_ms});
+      answer.done.push_back({row.key, row.statistics.cpu_ms, merged->split});
       estimate_.done({row.key.depth(), row.statistics.cpu_ms, merged->split, true});
       result_bytes_ += row.hidden.size() + row.seen.size() + row.hints.size();
       for (int half = 0; merged->split && half < 2; ++half) {
@@ -98,7 +98,16 @@ std::string BakeWork::give_up(const CellKey& key) {
   return "given up after repeated failures; it keeps its parent's set";
 }
 
-WorkProgress BakeWork::progress(Millis now) { return {estimate_.at(now), result_bytes_}; }
+WorkProgress BakeWork::progress(Millis now) {
+  WorkProgress progress{.figures = estimate_.at(now),
+                        .result_bytes = result_bytes_,
+                        .journal_bytes = log_.bytes(),
+                        .given_up_count = given_up_.size()};
+  const std::size_t named = std::min(given_up_.size(), kMaxNamedCells);
+  progress.given_up.assign(given_up_.begin(),
+                           given_up_.begin() + static_cast<std::ptrdiff_t>(named));
+  return progress;
+}
 
 std::string BakeWork::name_of(const CellKey& key) const {
   return "cell " + std::to_string(key.root) + "/" + std::to_string(key.path);

@@ -8,7 +8,6 @@
 namespace pvsfarm {
 namespace {
 
-constexpr std::size_t kMaxWarnings = 100;          // waiting to be logged
 constexpr std::size_t kMaxIdentities = 64 * 1024;  // then those that left are forgotten
 
 }  // namespace
@@ -34,11 +33,6 @@ bool Desk::done() const {
   return board_.idle() && work_.uncommitted() == 0 && (!cut_off_at_ || ticked_ >= *cut_off_at_);
 }
 
-void Desk::warn(std::string text) {
-  last_error_ = text;
-  if (warnings_.size() < kMaxWarnings) warnings_.push_back(std::move(text));
-}
-
 void Desk::reply(const std::string& peer, Message message) {
   Envelope envelope{.epoch = settings_.epoch};
   const auto session = sessions_.find(peer);
@@ -60,6 +54,13 @@ void Desk::drop(const std::string& peer, Board::Parting parting, Millis now) {
   forget_incoming(session);
   blobs_arrived(session, 0);
   board_.leave(session.worker, parting, now);
+  while (!session.tasks.empty())
+    end_task(session, session.tasks.back().lease, FarmEvents::End::kReturned, now);
+  const bool lost = parting == Board::Parting::kLost;
+  if (lost) ++counters_.workers_lost;
+  if (settings_.events != nullptr) settings_.events->worker_left(session.worker, lost);
+  const std::string name = worker_name(session.hello);
+  tell({.event = "worker_left", .text = name + (lost ? " is lost" : " has left"), .worker = name});
   peers_.erase(session.worker);
   hungry_.erase(peer);
   sessions_.erase(found);
@@ -69,7 +70,9 @@ void Desk::gone(const std::string& peer) {
   const auto found = sessions_.find(peer);
   if (found == sessions_.end()) return;
   if (board_.lease_count(found->second.worker) > 0)
-    warn(worker_name(found->second.hello) + ": connection lost; its cells go to others");
+    warn("worker_lost",
+         worker_name(found->second.hello) + ": connection lost; its cells go to others",
+         &found->second);
   drop(peer, Board::Parting::kLost, ticked_);
 }
 
@@ -82,7 +85,7 @@ Status Desk::receive(const std::string& peer, const Result<Decoded>& decoded, Mi
                      Role role) {
   if (!decoded) {
     reject(peer, RejectCode::kBadMessage, decoded.error().text);
-    warn("peer dropped: " + decoded.error().text);
+    warn("peer_dropped", "peer dropped: " + decoded.error().text);
     drop(peer, Board::Parting::kLost, now);
     return {};
   }
@@ -91,7 +94,7 @@ Status Desk::receive(const std::string& peer, const Result<Decoded>& decoded, Mi
     const std::string text = std::string("a key of role ") + std::string(role_name(role)) +
                              " may not send " + type_name(message);
     reject(peer, RejectCode::kForbidden, text);
-    warn("peer refused: " + text);
+    warn("peer_refused", "peer refused: " + text);
     return {};
   }
   if (const auto* hello = std::get_if<Hello>(&message)) {
@@ -103,7 +106,7 @@ Status Desk::receive(const std::string& peer, const Result<Decoded>& decoded, Mi
     return {};
   }
   if (const auto* control = std::get_if<Control>(&message)) {
-    (control->kind == ControlKind::kDrain ? drain_asked_ : cancel_asked_) = true;
+    on_control(control->kind, now);
     reply(peer, ControlAck{});
     return {};
   }
@@ -182,7 +185,8 @@ void Desk::on_hello(const std::string& peer, const Hello& hello, Millis now) {
   RejectCode code{};
   if (const std::string text = refusal(hello, code); !text.empty()) {
     reject(peer, code, text);
-    warn(worker_name(hello) + " refused: " + text);
+    ++counters_.workers_refused;
+    warn("worker_refused", worker_name(hello) + " refused: " + text);
     return;
   }
   if (settings_.pinned_kernel.empty())
@@ -193,7 +197,12 @@ void Desk::on_hello(const std::string& peer, const Hello& hello, Millis now) {
   const MachineId next_machine{machines_.size() + 1};
   session.machine = machines_.try_emplace(hello.host, next_machine).first->second;
   session.minor = std::min(hello.minor_highest, kProtocolMinorHighest);
-  session.heard = session.sent = now;
+  session.heard = session.sent = session.joined = now;
+  ++counters_.workers_joined;
+  if (settings_.events != nullptr) settings_.events->worker_joined(session.worker, hello);
+  tell({.event = "worker_joined",
+        .text = worker_name(hello) + " has joined, " + hello.build,
+        .worker = worker_name(hello)});
   board_.join(session.worker, hello.slots, session.machine);
   peers_[session.worker] = peer;
   sessions_[peer] = std::move(session);
@@ -223,6 +232,7 @@ Status Desk::dispatch(const std::string& peer, Session& session, const Message& 
     on_blob_get(peer, session, *get, now);
   } else if (std::holds_alternative<Draining>(message)) {
     board_.stop_leasing(session.worker);
+    session.draining = true;
   } else if (std::holds_alternative<Bye>(message)) {
     drop(peer, Board::Parting::kGraceful, now);
   } else {
@@ -237,12 +247,16 @@ Status Desk::dispatch(const std::string& peer, Session& session, const Message& 
 Status Desk::commit(Millis now) {
   const bool was_full = work_.disk_full();
   if (was_full && now < commit_again_) return {};
+  if (settings_.events != nullptr) settings_.events->commit_begins(work_.uncommitted());
   if (Status status = work_.commit(); !status) return status;
+  if (settings_.events != nullptr) settings_.events->commit_ends();
+  if (!work_.disk_full()) ++counters_.commits;
   commit_again_ = now + settings_.limits.disk_full_retry;
   if (was_full && !work_.disk_full())
     for (const auto& [peer, session] : sessions_) hungry_.insert(peer);
   if (work_.disk_full() != was_full)
-    warn(was_full ? "the disk has room again: going on"
+    warn(was_full ? "disk_has_room" : "disk_full",
+         was_full ? "the disk has room again: going on"
                   : "the disk is full: no cell is begun or acknowledged until there is room for "
                     "the journal beside the output; free some, nothing is lost");
   return {};
@@ -285,14 +299,20 @@ Status Desk::tick(Millis now) {
   ticked_ = now;
   for (const BoardLease lease : board_.expire(now)) {
     const std::string& peer = peers_.at(*board_.holder(lease));
-    warn(worker_name(sessions_.at(peer).hello) + ": no progress; its cells go to others");
+    Session& session = sessions_.at(peer);
+    warn("lease_expired", worker_name(session.hello) + ": no progress; its cells go to others",
+         &session, lease);
+    ++counters_.leases_expired;
+    ++session.failures;
+    end_task(session, lease, FarmEvents::End::kExpired, now);
     reply(peer, Cancel{{wire_id(lease)}});
   }
   look_after_sessions(now);
   turn_out_blocked();
   cancel_superseded();
   for (const CellKey& key : board_.take_given_up())
-    warn(work_.name_of(key) + ": " + work_.give_up(key));
+    warn("cell_given_up", work_.name_of(key) + ": " + work_.give_up(key), nullptr, {},
+         work_.name_of(key));
   if (settings_.deadline && now >= *settings_.deadline && !cut_off_at_) cut_off(now);
   open_more();
   if (Status status = take_held(now); !status) return status;
@@ -318,28 +338,6 @@ Millis Desk::next_wake(Millis now) const {
 
 void Desk::say_shutdown() {
   for (const auto& [peer, session] : sessions_) reply(peer, Shutdown{});
-}
-
-StatusReport Desk::status(Millis now) {
-  const auto [figures, result_bytes] = work_.progress(now);
-  StatusReport report{.output = settings_.output,
-                      .state = leasing_ ? "running" : "draining",
-                      .cells_done = figures.cells_done,
-                      .cells_open = figures.cells_open,
-                      .cells_expected = figures.cells_expected,
-                      .cells_per_second = figures.cells_per_second,
-                      .eta_s = figures.eta_s,
-                      .result_bytes = result_bytes,
-                      .elapsed_ms = static_cast<std::uint64_t>((now - start_).count()),
-                      .last_error = last_error_};
-  for (const auto& [worker, peer] : peers_) {
-    const Session& session = sessions_.at(peer);
-    report.workers.push_back({session.hello.host, session.hello.pid, session.cells_done,
-                              static_cast<std::uint32_t>(board_.lease_count(worker)),
-                              static_cast<std::uint64_t>((now - session.heard).count()),
-                              session.resident_bytes});
-  }
-  return report;
 }
 
 }  // namespace pvsfarm

@@ -15,10 +15,12 @@
 #include <unordered_map>
 #include <vector>
 
+#include "common/base/log.hpp"
 #include "common/wire/codec.hpp"
 #include "common/wire/roles.hpp"
 #include "coordinator/board/board.hpp"
 #include "coordinator/service/credit_pool.hpp"
+#include "coordinator/service/events.hpp"
 #include "coordinator/service/work.hpp"
 
 namespace pvsfarm {
@@ -49,6 +51,7 @@ struct DeskSettings {
   std::string output;              // for the status
   std::uint64_t epoch = 1;         // drawn at the start; not 0
   std::optional<Millis> deadline;  // then what is not done stays undone
+  FarmEvents* events = nullptr;    // outlives the desk
   DeskLimits limits;
 };
 
@@ -88,7 +91,8 @@ class Desk {
   std::uint64_t workers_seen() const { return last_worker_; }
   std::uint64_t copies() const { return board_.copies(); }
   StatusReport status(Millis now);
-  std::vector<std::string> take_warnings() { return std::exchange(warnings_, {}); }
+  std::vector<std::string> take_warnings();  // the texts of what went wrong, without the news
+  std::vector<LogEvent> take_news() { return std::exchange(news_, {}); }
 
  private:
   struct Incoming {
@@ -111,6 +115,16 @@ class Desk {
     std::uint32_t minor = 0;
     Hello hello;
     Millis heard{}, sent{};
+    struct Given {
+      BoardLease lease{};
+      CellKey first;
+      std::uint32_t cells = 0;
+      Millis since{};  // the first of them runs, the others wait
+    };
+    std::vector<Given> tasks;
+    Millis joined{};
+    bool draining = false;
+    std::uint64_t failures = 0;
     bool ready = false;
     std::uint64_t cells_done = 0;
     std::uint64_t resident_bytes = 0;
@@ -130,7 +144,9 @@ class Desk {
   void reply(const std::string& peer, Message message);
   void reject(const std::string& peer, RejectCode code, std::string text);
   void drop(const std::string& peer, Board::Parting parting, Millis now);
-  void warn(std::string text);
+  void warn(std::string event, std::string text, const Session* session = nullptr,
+            BoardLease lease = {}, std::string cell = "");
+  void tell(LogEvent news);
 
   void on_hello(const std::string& peer, const Hello& hello, Millis now);
   std::string refusal(const Hello& hello, RejectCode& code) const;
@@ -147,7 +163,8 @@ class Desk {
   Status take_held(Millis now);
   Status on_end(const std::string& peer, Session& session, const ResultEnd& end, Millis now);
   Status take(const std::string& peer, WorkerId worker, const WorkResult& result, Millis now);
-  void on_failed(const Session& session, const TaskFailed& failed, Millis now);
+  void on_failed(Session& session, const TaskFailed& failed, Millis now);
+  void on_control(ControlKind kind, Millis now);
   void on_blob_get(const std::string& peer, Session& session, const BlobGet& get, Millis now);
   void send_blob(const std::string& peer, const BlobGet& get);
   void send_blobs(Millis now);
@@ -155,6 +172,12 @@ class Desk {
   void blobs_arrived(Session& session, std::size_t still_on_their_way);
 
   Status hand_out(const std::string& peer, Session& session, Millis now);
+  bool giving() const { return leasing_ && !paused_since_ && !work_.disk_full(); }
+  void count_done(const WorkAnswer& answer);
+  void end_task(Session& session, BoardLease lease, FarmEvents::End end, Millis now,
+                std::span<const WorkAnswer::Done> done = {}, const std::string& text = "");
+  void tell_queue() const;
+  StatusReport::Worker worker_status(const Session& session, Millis now) const;
   Status feed_hungry(Millis now);
   void cancel_superseded();
   void turn_out_blocked();
@@ -174,7 +197,7 @@ class Desk {
   std::set<std::string> hungry_;  // could have had a task, but none was pending
   std::vector<Outgoing> outgoing_;
   std::vector<PendingAck> acks_;
-  std::vector<std::string> warnings_;
+  std::vector<LogEvent> news_;
   std::string last_error_;
   Millis start_{}, oldest_uncommitted_{};
   Millis commit_again_{};             // not before that, while the disk is full
@@ -191,6 +214,11 @@ class Desk {
   std::map<WorkerId, std::string> blocked_workers_;
   std::map<MachineId, std::string> blocked_machines_;
   std::uint64_t last_worker_ = 0, last_token_ = 0;
+  FarmCounters counters_;
+  std::array<std::uint64_t, kCellSecondsBounds.size() + 1> cell_seconds_{};
+  double cpu_s_ = 0;  // of all cells done
+  std::optional<Millis> paused_since_;
+  Millis paused_{0};  // in all, before that
   bool leasing_ = true;
   bool drain_asked_ = false, cancel_asked_ = false;
 };

@@ -16,7 +16,9 @@ Status Desk::on_heartbeat(const std::string& peer, Session& session, const Heart
   for (const Heartbeat::Running& running : beat.running) {
     const BoardLease id = board_id(running.lease);
     if (!running.cells.empty() && leasing_ && work_.adopts() && !board_.holder(id))
-      board_.adopt(session.worker, id, running.cells, now);
+      if (board_.adopt(session.worker, id, running.cells, now))
+        session.tasks.push_back(
+            {id, running.cells.front(), static_cast<std::uint32_t>(running.cells.size()), now});
     const bool renewed =
         board_.holder(id) == session.worker &&
         (running.progress >= kProgressComputed ? board_.renew_computed(id, now)
@@ -31,20 +33,23 @@ Status Desk::on_heartbeat(const std::string& peer, Session& session, const Heart
   return hand_out(peer, session, now);
 }
 
-void Desk::on_failed(const Session& session, const TaskFailed& failed, Millis now) {
+void Desk::on_failed(Session& session, const TaskFailed& failed, Millis now) {
   const BoardLease id = board_id(failed.lease);
   if (board_.holder(id) != session.worker) return;
-  warn(worker_name(session.hello) + ": " + failed.text);
+  warn("task_failed", worker_name(session.hello) + ": " + failed.text, &session, id);
+  ++(failed.kind == FailureKind::kDeterministic ? counters_.failed_deterministic
+     : failed.kind == FailureKind::kResource    ? counters_.failed_resource
+                                                : counters_.failed_transient);
+  ++session.failures;
   Board::Failure failure = Board::Failure::kTransient;
   if (failed.kind == FailureKind::kDeterministic) failure = Board::Failure::kDeterministic;
   if (failed.kind == FailureKind::kResource) failure = Board::Failure::kResource;
   board_.fail(id, failure, now);
+  end_task(session, id, FarmEvents::End::kFailed, now, {}, failed.text);
 }
 
 Status Desk::hand_out(const std::string& peer, Session& session, Millis now) {
-  if (!leasing_ || work_.disk_full() || !session.ready ||
-      now - session.heard > settings_.limits.suspect)
-    return {};
+  if (!giving() || !session.ready || now - session.heard > settings_.limits.suspect) return {};
   const auto together = [&](const CellKey& first, const CellKey& next) {
     return work_.together(first, next);
   };
@@ -53,7 +58,12 @@ Status Desk::hand_out(const std::string& peer, Session& session, Millis now) {
     if (!message) return message.error();
     reply(peer, std::move(message).value());
     session.sent = now;
+    session.tasks.push_back(
+        {task->lease, task->cells.front(), static_cast<std::uint32_t>(task->cells.size()), now});
+    ++counters_.tasks;
+    if (settings_.events != nullptr) settings_.events->task_given(session.worker, *task);
   }
+  tell_queue();
   if (board_.fresh_count() == 0) hungry_.insert(peer);
   return {};
 }
@@ -61,7 +71,7 @@ Status Desk::hand_out(const std::string& peer, Session& session, Millis now) {
 // For those that came when there was nothing: what was opened since, what may be tried again, and
 // what others are late with.
 Status Desk::feed_hungry(Millis now) {
-  if (!leasing_ || work_.disk_full()) return {};
+  if (!giving()) return {};
   while (board_.fresh_count() > 0 && !hungry_.empty()) {
     const std::string peer = *hungry_.begin();
     hungry_.erase(hungry_.begin());
@@ -81,8 +91,11 @@ Status Desk::feed_hungry(Millis now) {
 
 void Desk::cancel_superseded() {
   for (const BoardLease lease : board_.take_superseded())
-    if (const std::optional<WorkerId> worker = board_.holder(lease))
-      reply(peers_.at(*worker), Cancel{{wire_id(lease)}});
+    if (const std::optional<WorkerId> worker = board_.holder(lease)) {
+      const std::string& peer = peers_.at(*worker);
+      reply(peer, Cancel{{wire_id(lease)}});
+      end_task(sessions_.at(peer), lease, FarmEvents::End::kReturned, ticked_);
+    }
 }
 
 void Desk::turn_out_blocked() {
@@ -102,7 +115,7 @@ void Desk::turn_out_blocked() {
       blocked_machines_[blocked.machine] = text;
     for (const std::string& peer : out) {
       const Hello hello = sessions_.at(peer).hello;
-      warn(worker_name(hello) + " " + text);
+      warn("worker_blocked", worker_name(hello) + " " + text, &sessions_.at(peer));
       reject(peer, blocked_code(hello), text);
       drop(peer, Board::Parting::kGraceful, ticked_);
     }

@@ -72,6 +72,7 @@ Status Desk::on_end(const std::string& peer, Session& session, const ResultEnd& 
       digest_of(incoming->result.data) != end.digest) {
     forget_incoming(session);
     reply(peer, ResultAck{end.lease, ResultOutcome::kResend});
+    ++counters_.resends;
     return {};
   }
   WorkResult result = std::move(incoming->result);
@@ -113,19 +114,23 @@ Status Desk::take(const std::string& peer, WorkerId worker, const WorkResult& re
   const double stretch = held ? board_.stretch(lease, cost_ms, now) : 1;
   for (const WorkAnswer::Done& done : answer.done) board_.complete(done.key, done.cost_ms, stretch);
   for (const CellKey& key : answer.again) board_.add_again(key, worker);
-  for (std::string& warning : answer.warnings) warn(std::move(warning));
+  count_done(answer);
   open_more();
   const auto session = sessions_.find(peer);
   const bool there = session != sessions_.end() && session->second.worker == worker;
   if (there) session->second.cells_done += answer.done.size();
+  Session* from = there ? &session->second : nullptr;
+  for (std::string& warning : answer.warnings) warn("result", std::move(warning), from, lease);
   if (!status) {
     if (status.error().kind != ErrorKind::kInvalidInput) return status;
-    warn(result.worker + " dropped for a bad result: " + status.error().text);
+    warn("bad_result", result.worker + " dropped for a bad result: " + status.error().text, from,
+         lease);
     reject(peer, RejectCode::kBadResult, status.error().text);
     if (there) drop(peer, Board::Parting::kLost, now);
     return {};
   }
   if (!answer.done.empty()) board_.did_well(worker);
+  if (there) end_task(*from, lease, FarmEvents::End::kDone, now, answer.done);
   if (held) board_.finish(lease, now);
   cancel_superseded();
   acks_.push_back({peer, {result.lease, answer.outcome}});

@@ -15,24 +15,26 @@ using namespace std::chrono_literals;
 using Clock = FarmLoop::Clock;
 
 DeskSettings desk_settings(const FarmJob& job, const FarmOptions& options, std::string scene_path,
-                           Clock::time_point start) {
+                           Clock::time_point start, FarmEvents* events) {
   std::random_device device;
   DeskSettings settings{.evaluator = job.settings,
                         .scene_digest = job.scene->digest(),
                         .scene = job.scene->bundle(),
                         .scene_path = std::move(scene_path),
                         .pinned_kernel = job.pinned_kernel,
-                        .output = job.output};
+                        .output = job.output,
+                        .events = events};
   settings.epoch = (static_cast<std::uint64_t>(device()) << 32 | device()) | 1;
   settings.limits.board.lease = settings.limits.board.stall = options.lease;
   settings.limits.board.deadline = 2 * options.lease;
+  settings.limits.board.order = job.order;
   if (job.deadline) settings.deadline = std::chrono::duration_cast<Millis>(*job.deadline - start);
   return settings;
 }
 
 LocalWorkerOptions worker_options(const FarmOptions& options, const std::string& endpoint) {
   LocalWorkerOptions workers{
-      options.worker_program, {"--connect", endpoint}, options.local_workers};
+      options.worker_program, {"--connect", endpoint}, options.local_workers, options.own_sessions};
   workers.arguments.insert(workers.arguments.end(), options.worker_arguments.begin(),
                            options.worker_arguments.end());
   return workers;
@@ -81,7 +83,7 @@ Status run_farm(const FarmJob& job, Work& work, const PrivateFolder& folder,
   const Clock::time_point start = Clock::now();
   // Elsewhere the path would name another file, or none.
   const std::string scene_path = is_local(endpoint) ? folder.scene_path() : "";
-  Desk desk(desk_settings(job, options, scene_path, start), work, Millis(0));
+  Desk desk(desk_settings(job, options, scene_path, start, observer.events), work, Millis(0));
   LocalWorkers workers(worker_options(options, endpoint));
   const bool local = options.local_workers > 0;
   if (local && !desk.done())

@@ -65,8 +65,15 @@ Status FarmLoop::look_after_workers() {
 }
 
 void FarmLoop::say_how_far() {
-  for (const std::string& warning : desk_.take_warnings())
-    if (observer_.warning) observer_.warning(warning);
+  for (LogEvent& news : desk_.take_news()) {
+    // Workers of this machine come and go with the farm.
+    const bool expected = workers_ != nullptr && news.event.rfind("worker_", 0) == 0;
+    if (expected && news.level == LogLevel::kInfo) news.level = LogLevel::kDebug;
+    if (observer_.event)
+      observer_.event(news);
+    else if (observer_.warning && news.level >= LogLevel::kWarning)
+      observer_.warning(news.text);
+  }
   if (now() < next_progress_) return;
   next_progress_ = now() + kProgressEvery;
   const StatusReport report = desk_.status(now());

@@ -34,8 +34,10 @@ std::chrono::milliseconds restart_delay(unsigned fruitless) {
 }
 
 // Between fork and exec: only what is safe in a process of several threads.
-[[noreturn]] void become_worker(const char* program, char* const* arguments, pid_t parent) {
-  setpgid(0, 0);                     // Ctrl-C is the coordinator's; it tells the workers itself
+[[noreturn]] void become_worker(const char* program, char* const* arguments, pid_t parent,
+                                bool own_session) {
+  // Ctrl-C is the coordinator's; it tells the workers itself.
+  own_session ? static_cast<void>(setsid()) : static_cast<void>(setpgid(0, 0));
   prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody is left to take its result
   if (getppid() != parent) _exit(kDoNotRetry);
   const int null = open("/dev/null", O_RDONLY);
@@ -59,7 +61,8 @@ Status LocalWorkers::spawn(Slot& slot) {
   arguments.push_back(nullptr);
   const pid_t parent = getpid();
   const pid_t pid = fork();
-  if (pid == 0) become_worker(options_.program.c_str(), arguments.data(), parent);
+  if (pid == 0)
+    become_worker(options_.program.c_str(), arguments.data(), parent, options_.own_sessions);
   if (pid < 0) return runtime_error(std::string("cannot start a worker: ") + std::strerror(errno));
   slot.pid = pid;
   return {};

@@ -17,6 +17,7 @@ struct LocalWorkerOptions {
   std::string program;  // pvsfarm-worker
   std::vector<std::string> arguments;
   unsigned count = 2;
+  bool own_sessions = false;
 };
 
 class LocalWorkers {

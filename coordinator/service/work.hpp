@@ -30,6 +30,7 @@ struct WorkAnswer {
   struct Done {
     CellKey key;
     double cost_ms = 0;
+    bool split = false;  // its two halves are open now
   };
   ResultOutcome outcome = ResultOutcome::kDuplicate;
   std::vector<Done> done;      // for the first time
@@ -40,6 +41,9 @@ struct WorkAnswer {
 struct WorkProgress {
   ProgressFigures figures;
   std::uint64_t result_bytes = 0;
+  std::uint64_t journal_bytes = 0;
+  std::vector<CellKey> given_up;  // the first few
+  std::uint64_t given_up_count = 0;
 };
 
 class Work {

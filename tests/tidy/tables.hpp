@@ -46,6 +46,11 @@ inline constexpr FolderRow kFolders[] = {
     {"coordinator/audit",
      "common/base common/geometry common/scene common/cells common/pvs common/wire "
      "coordinator/service coordinator/board coordinator/tree"},
+    {"coordinator/metrics",
+     "common/base common/geometry common/scene common/cells common/pvs common/wire"},
+    {"coordinator/trace",
+     "common/base common/geometry common/scene common/cells common/pvs common/wire "
+     "coordinator/service coordinator/board coordinator/tree"},
     {"coordinator/cli", "common/ coordinator/"},
     {"coordinator", "common/ coordinator/"},
     {"tests", "common/ worker/ coordinator/ proto tests/"},
@@ -68,6 +73,7 @@ inline constexpr PackageRow kPackages[] = {
     {"SQLite", "sqlite3.h", "coordinator/journal/"},
     {"Embree", "embree3/", "worker/visibility/ray_scene tests/support/", true},
     {"Recast", "recastnavigation/", "common/cells/"},
+    {"libmicrohttpd", "microhttpd.h", "coordinator/metrics/http_server"},
     {"libpng", "png.h", "coordinator/picture/"},
     {"libsodium", "sodium", "common/base/"},
     {"zstd", "zstd.h", "common/pvs/"},

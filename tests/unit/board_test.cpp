@@ -30,6 +30,31 @@ TEST(Board, cells_are_leased_in_canonical_order_however_they_were_added) {
   EXPECT_EQ(order, (std::vector<CellKey>{root(0), root(1), root(1).child(0), root(2)}));
 }
 
+TEST(Board, a_bakes_first_cells_are_spread_over_all_of_them) {
+  Board board = board_of(100, {.leases_per_slot = 1000, .order = TaskOrder::spread(100)});
+  board.add(root(64).child(1));
+  board.join(kAnn, 1);
+  std::vector<CellKey> order;
+  while (const auto task = board.lease(kAnn, 0ms)) order.push_back(task->cells.at(0));
+  ASSERT_EQ(order.size(), 101u);
+  EXPECT_EQ(std::vector(order.begin(), order.begin() + 5),
+            (std::vector<CellKey>{root(0), root(64), root(64).child(1), root(32), root(96)}));
+  // Whichever part is done, as many are of the lower half as of the upper.
+  int lower = 0;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    lower += order[i].root < 50 ? 1 : 0;
+    EXPECT_NEAR(lower, static_cast<double>(i + 1) / 2, 6) << i;
+  }
+}
+
+TEST(Board, neighbours_of_very_many_roots_follow_each_other) {
+  const TaskOrder order = TaskOrder::spread(1'000'000);
+  EXPECT_EQ(order.run_roots, 245u);
+  EXPECT_TRUE(order(root(0), root(1)));
+  EXPECT_TRUE(order(root(244), root(1 << 18)));
+  EXPECT_FALSE(order(root(500), root(500)));
+}
+
 TEST(Board, a_worker_holds_one_running_and_one_waiting_lease_a_slot) {
   Board board = board_of(10);
   board.join(kAnn, 1);

@@ -67,7 +67,12 @@ std::vector<Message> one_of_each() {
   begin.deltas.push_back({CellKey{1, 2}, 20, 0, 0, {.box_tests = 9, .contradictions = 2}});
   begin.deltas[1].statistics.methods[3] = {.hidden_objects = 4, .work = 1ull << 33, .cpu_ms = 2};
   StatusReport status{.output = "a.pvs", .state = "running", .cells_done = 5};
-  status.workers.push_back({"host", 12, 5, 1, 20, 1 << 20});
+  status.workers.push_back({"host", 12, 5, 1, 20, 1 << 20, "b", "idle", "cell 3/1", 2, 3, 4, 5, 6});
+  status.cells_leased = 3, status.cells_resumed = 4, status.cells_quarantined = 2;
+  status.quarantined = {"cell 3/1", "cell 4/1"};
+  status.journal_bytes = 1ull << 33, status.eta_low_s = 3, status.eta_high_s = 5;
+  status.counters = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  status.cell_seconds[12] = 7, status.cpu_s = 2.5, status.resident_bytes = 9;
   return {some_hello(),
           Welcome{.settings = {.raster = RasterKind::kOsmesa},
                   .scene = digest,
@@ -122,6 +127,29 @@ TEST(Wire, every_message_survives_the_trip) {
     // Nothing lost: encoding it again gives the same bytes.
     EXPECT_EQ(encode({}, decoded->message).body, frames.body) << type_name(message);
   }
+}
+
+TEST(Wire, a_status_of_many_workers_with_long_names_fits_a_message) {
+  StatusReport status{.output = std::string(9999, 'o'), .last_error = std::string(9999, 'e')};
+  StatusReport::Worker worker{.host = std::string(300, 'h'),
+                              .pid = ~0u,
+                              .cells_done = ~0ull,
+                              .leases = ~0u,
+                              .silent_ms = ~0ull,
+                              .resident_bytes = ~0ull,
+                              .build = std::string(300, 'b'),
+                              .state = std::string(300, 's'),
+                              .running = std::string(300, 'r'),
+                              .running_cells = ~0u,
+                              .running_ms = ~0ull};
+  worker.connected_ms = worker.failures = worker.number = ~0ull;
+  status.workers.assign(2 * kMaxReportedWorkers, worker);
+  status.quarantined.assign(2 * kMaxNamedCells, std::string(300, 'q'));
+  const Frames frames = encode({}, status);
+  const auto back =
+      std::get<StatusReport>(decode(view(frames.header), view(frames.body)).value().message);
+  EXPECT_EQ(back.workers.size(), kMaxReportedWorkers);
+  EXPECT_EQ(back.quarantined.size(), kMaxNamedCells);
 }
 
 TEST(Wire, a_task_keeps_its_cells_bit_for_bit) {

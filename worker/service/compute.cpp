@@ -180,6 +180,7 @@ JobResult Compute::Bench::answer(const Inquiry& inquiry, std::atomic<std::uint64
 
 void Compute::Shared::run() {
   std::unique_ptr<Bench> bench;
+  if (workshop.begin_thread) workshop.begin_thread();
   std::unique_lock lock(mutex);
   for (;;) {
     changed.wait(lock, [&] { return stop || job.has_value(); });

@@ -29,7 +29,8 @@ struct Workshop {
   std::function<EvaluateCell(Scenery, const EvaluatorSettings&)> make_evaluator;
   std::function<AnswerAudit(Scenery, const EvaluatorSettings&)> make_auditor;
   std::function<AnswerExplain(Scenery, const EvaluatorSettings&)> make_explainer;
-  bool has_osmesa = false;  // a task whose settings need it fails without
+  std::function<void()> begin_thread;  // first of all, on the computing thread; may be empty
+  bool has_osmesa = false;             // a task whose settings need it fails without
 };
 
 // Processor time of the calling thread.
