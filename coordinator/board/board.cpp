@@ -224,7 +224,10 @@ void Board::give_back(BoardLease id, Lease& lease, Failure failure, Millis now) 
   for (const CellKey& key : lease.cells) {
     leased_.erase(key);
     if (failure != Failure::kReturned && troubled(key, lease.worker, alone, failure, now)) continue;
-    (trouble_.count(key) != 0 ? retries_ : fresh_).insert(key);
+    if (trouble_.count(key) != 0)
+      retries_.insert(key);
+    else
+      fresh_.insert(key);
   }
   lease.cells.clear();
 }

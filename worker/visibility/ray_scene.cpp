@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <new>
 
 #include "common/base/check.hpp"
 
@@ -32,6 +33,14 @@ struct RayScene::State {
   std::vector<float> vertices;  // three a vertex, relative to the origin
   std::array<RTCRayHit, kBatch> rays;
 
+  ~State() {
+    if (embree != nullptr) rtcReleaseScene(embree);
+    if (device != nullptr) rtcReleaseDevice(device);
+  }
+  // Embree has no exceptions. A scene that lacks parts would see through them.
+  void check_memory() const {
+    if (device == nullptr || rtcGetDeviceError(device) != RTC_ERROR_NONE) throw std::bad_alloc();
+  }
   void sort_triangles(const Scene& scene);
   void attach(const Scene& scene, unsigned two_sided);
 };
@@ -55,8 +64,10 @@ void RayScene::State::attach(const Scene& scene, unsigned two_sided) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                              vertices.data(), 0, 3 * sizeof(float), scene.vertices().size());
+  check_memory();
   auto* indices = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
       geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), chosen.size()));
+  check_memory();
   for (const std::uint32_t t : chosen)
     for (const std::uint32_t v : scene.all_triangles()[t].vertex) *indices++ = v;
   if (two_sided == 0) rtcSetGeometryIntersectFilterFunction(geometry, reject_backs);
@@ -71,19 +82,16 @@ RayScene::RayScene(const Scene& scene, const Vec3& origin, const std::string& co
   s.origin = origin;
   if (config == kWithoutEmbree) return;
   s.device = rtcNewDevice(("threads=1" + (config.empty() ? "" : "," + config)).c_str());
-  PVS_CHECK(s.device != nullptr);
+  s.check_memory();
   s.embree = rtcNewScene(s.device);
   rtcSetSceneFlags(s.embree, RTC_SCENE_FLAG_ROBUST);
   s.sort_triangles(scene);
   for (const unsigned two_sided : {0u, 1u}) s.attach(scene, two_sided);
   rtcCommitScene(s.embree);
+  s.check_memory();
 }
 
-RayScene::~RayScene() {
-  if (state_->device == nullptr) return;
-  rtcReleaseScene(state_->embree);
-  rtcReleaseDevice(state_->device);
-}
+RayScene::~RayScene() = default;
 
 bool RayScene::has_embree() const { return state_->device != nullptr; }
 
