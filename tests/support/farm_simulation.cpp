@@ -147,9 +147,10 @@ void FarmSimulation::start_coordinator() {
 
 void FarmSimulation::start_worker(Worker& worker) {
   const bool slow = worker.slow;
+  const std::uint64_t connection = ++connections_;
   static_cast<SimulatedWorker&>(worker) =
-      new_worker(++connections_, random_, now_,
-                 connections_ % 2 == 0 ? setup_.worker_minor : kProtocolMinorHighest);
+      new_worker(connection, random_, now_,
+                 connection % 2 == 0 ? setup_.worker_minor : kProtocolMinorHighest);
   worker.slow = slow;
   worker.scene.clear();
 }
