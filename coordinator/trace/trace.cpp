@@ -9,7 +9,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::int64_t kFlushEvery_us = 1'000'000;
+constexpr std::int64_t kFlushEvery_us = 200'000;
 constexpr std::int64_t kQueueEvery_us = 100'000;
 constexpr int kProcess = 1;
 constexpr int kJournalLine = 1'000'000;  // below the workers

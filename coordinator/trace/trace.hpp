@@ -2,7 +2,7 @@
 // as spans, commits to the journal, the queue's depth and the number of workers as counters.
 //
 // Shape: Chrome's JSON array of events, one a line. Its closing bracket may be missing by that
-// format's own rule, so the file of a killed bake opens too; what the last second did is not in it.
+// format's own rule, so the file of a killed bake opens too; what the last moment did is not in it.
 // Threads: one.
 #pragma once
 
