@@ -254,6 +254,21 @@ TEST_F(OperationsTest, a_bake_of_low_priority_lowers_its_workers_and_not_the_use
   EXPECT_EQ(bake.wait(30), 130) << bake.err();
 }
 
+TEST_F(OperationsTest, a_worker_short_of_memory_fails_tasks_and_does_not_crash) {
+  const auto coordinator = coordinate();
+  Crew workers = crew("worker");
+  workers.start(endpoint(), "", {"--memory-limit", "64"});
+  ASSERT_TRUE(wait_until(60, [&] {
+    const auto report = status();
+    return report && report->counters.failed_resource > 0;
+  })) << workers.process(0).err();
+  EXPECT_NE(coordinator->err().find("out of memory"), std::string::npos) << coordinator->err();
+  workers.start(endpoint());
+  EXPECT_TRUE(outcome(*coordinator).well());
+  const int code = workers.process(0).wait(20);
+  EXPECT_TRUE(code == 0 || code == 42) << code << workers.process(0).err();  // it left by itself
+}
+
 // What is left is told within 30 % once a fifth of the time is over, and near the end within 3 % of
 // the whole, for bakes of which nobody knows beforehand which cells split. Bakes of a few seconds
 // would be no test: most of their roots are at the workers before the first answer is there.

@@ -33,13 +33,17 @@ struct RayScene::State {
   std::vector<float> vertices;  // three a vertex, relative to the origin
   std::array<RTCRayHit, kBatch> rays;
 
+  bool broken = false;  // memory ran out while Embree built it
+
   ~State() {
+    if (broken) return;  // to release it then ends the process (Embree 3.13): it is left behind
     if (embree != nullptr) rtcReleaseScene(embree);
     if (device != nullptr) rtcReleaseDevice(device);
   }
   // Embree has no exceptions. A scene that lacks parts would see through them.
-  void check_memory() const {
-    if (device == nullptr || rtcGetDeviceError(device) != RTC_ERROR_NONE) throw std::bad_alloc();
+  void check_memory() {
+    broken = device == nullptr || rtcGetDeviceError(device) != RTC_ERROR_NONE;
+    if (broken) throw std::bad_alloc();
   }
   void sort_triangles(const Scene& scene);
   void attach(const Scene& scene, unsigned two_sided);
