@@ -148,7 +148,6 @@ void FaultyProxy::State::read_some(Connection& c, Way way) {
     pipe.free = std::max(pipe.free, now) + std::chrono::duration_cast<Clock::duration>(takes);
   }
   const auto delay = std::chrono::microseconds(static_cast<long>(options.delay_ms * 1e3));
-  (way == Way::kUp ? figures.bytes_up : figures.bytes_down) += bytes.size();
   pipe.bytes += bytes.size();
   pipe.held.push_back({std::max(pipe.free, now) + delay, std::move(bytes)});
 }
@@ -165,6 +164,7 @@ void FaultyProxy::State::write_some(Connection& c, Way way) {
       return;
     }
     piece.sent += static_cast<std::size_t>(sent);
+    (way == Way::kUp ? figures.bytes_up : figures.bytes_down) += static_cast<std::uint64_t>(sent);
     if (piece.sent < piece.bytes.size()) return;
     pipe.bytes -= piece.bytes.size();
     pipe.held.pop_front();

@@ -24,7 +24,7 @@ struct ProxyOptions {
 
 struct ProxyFigures {
   std::uint64_t connections = 0;
-  std::uint64_t bytes_up = 0, bytes_down = 0;
+  std::uint64_t bytes_up = 0, bytes_down = 0;  // that went through, not what it holds
   std::uint64_t flips = 0, resets = 0, cuts = 0;
 };
 
