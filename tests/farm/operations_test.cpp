@@ -272,8 +272,8 @@ TEST_F(OperationsTest, a_worker_short_of_memory_fails_tasks_and_does_not_crash) 
 // What is left is told within 30 % once a fifth of the time is over, and near the end within 3 % of
 // the whole, for bakes of which nobody knows beforehand which cells split. Bakes of a few seconds
 // would be no test: most of their roots are at the workers before the first answer is there. That
-// of a plain run is so short that the order of its cells, another each time on a busy machine, still
-// moves the figure by some hundredths: it is given a little more.
+// of a plain run is so short that the order of its cells, another each time on a busy machine,
+// still moves the figure by some hundredths: it is given a little more.
 TEST_F(OperationsTest, the_time_left_is_told_right_in_a_city_and_in_a_forest) {
   struct Case {
     std::string name;
