@@ -5,7 +5,8 @@
 //   PVSFARM_DISK_FAULT   OP:PATH:N:ACTION, at the N-th call (from 1) of kind OP (write, sync, fold,
 //                        rename, unlink, cut, any) on a file whose path contains PATH. 0: never
 //   PVSFARM_DISK_SEED    of what a power cut leaves
-//   PVSFARM_DISK_DOUBT   what files with this in their path hold was never synced
+//   PVSFARM_DISK_KEPT    a folder: what a program killed "before" had synced of each file is left
+//                        there, and whoever comes next takes only that for synced
 // ACTION: before, after (kill -9), half (half of the write, then kill -9), fail (EIO), power,
 // fail-and-power (EIO; when the program has ended, the power goes, too).
 //
@@ -62,7 +63,7 @@ struct NameChange {
 
 struct Disk {
   std::mutex mutex;
-  std::string folder, op, path, action, doubt;
+  std::string folder, op, path, action, kept;
   long due = 0, calls = 0;
   std::uint64_t random = 1;
   std::map<int, FilePtr> open;
@@ -85,7 +86,7 @@ struct Disk {
     path = parts[1];
     due = std::stol(parts[2]);
     action = parts[3];
-    if (const char* never_synced = getenv("PVSFARM_DISK_DOUBT")) doubt = never_synced;
+    if (const char* images = getenv("PVSFARM_DISK_KEPT")) kept = images;
     if (seed != nullptr) random = std::strtoull(seed, nullptr, 10) * 2 + 1;
   }
   static void say(const std::string& line) {
@@ -113,6 +114,7 @@ struct Disk {
     clock_gettime(CLOCK_MONOTONIC, &now);
     say("fault " + std::to_string(now.tv_sec * 1000 + now.tv_nsec / 1'000'000));
     if (action == "power") cut_power();
+    if (action == "before") leave_images();
     if (action == "before" || action == "power") die();
     return true;
   }
@@ -153,16 +155,39 @@ struct Disk {
     if (!change.taken.empty()) among.erase(change.taken);
     if (!change.given.empty()) among[change.given] = change.file;
   }
+  static bool write_whole(const std::string& name, const std::string& bytes) {
+    const int fd = static_cast<int>(
+        syscall(SYS_openat, AT_FDCWD, name.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600));
+    const bool whole =
+        syscall(SYS_write, fd, bytes.data(), bytes.size()) == static_cast<long>(bytes.size());
+    syscall(SYS_close, fd);
+    return whole;
+  }
+  static std::string read_whole(const char* name) {
+    struct stat info {};
+    if (::stat(name, &info) != 0) return "";
+    std::string bytes(static_cast<std::size_t>(info.st_size), '\0');
+    const int fd = static_cast<int>(syscall(SYS_openat, AT_FDCWD, name, O_RDONLY, 0));
+    if (syscall(SYS_pread64, fd, bytes.data(), bytes.size(), 0) != static_cast<long>(bytes.size()))
+      say("cannot read");
+    syscall(SYS_close, fd);
+    return bytes;
+  }
+  std::string image_of(const std::string& name) const {
+    return kept + name.substr(name.rfind('/'));
+  }
+  void leave_images() const {
+    if (kept.empty()) return;
+    for (const auto& [name, file] : names)
+      if (file && !file->folder && !write_whole(image_of(name), file->synced))
+        say("the disk of the test is full");
+  }
   void cut_power() {
-    const std::uint64_t kept = below_number(names_since.size() + 1);
-    for (std::size_t i = 0; i < kept; ++i) rename_in(synced_names, names_since[i]);
+    const std::uint64_t left = below_number(names_since.size() + 1);
+    for (std::size_t i = 0; i < left; ++i) rename_in(synced_names, names_since[i]);
     for (const auto& [name, file] : names) syscall(SYS_unlink, name.c_str());
     for (const auto& [name, file] : synced_names) {
-      const std::string bytes = what_is_left(*file);
-      const int fd = static_cast<int>(
-          syscall(SYS_openat, AT_FDCWD, name.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600));
-      if (syscall(SYS_write, fd, bytes.data(), bytes.size()) != static_cast<long>(bytes.size()))
-        say("the disk of the test is full");
+      if (!write_whole(name, what_is_left(*file))) say("the disk of the test is full");
     }
   }
 
@@ -182,15 +207,15 @@ struct Disk {
       names_since.push_back({"", name, file});
       return file;
     }
-    const int fd = static_cast<int>(syscall(SYS_openat, AT_FDCWD, name, O_RDONLY, 0));
-    file->synced.resize(static_cast<std::size_t>(info.st_size));
-    if (syscall(SYS_pread64, fd, file->synced.data(), file->synced.size(), 0) !=
-        static_cast<long>(file->synced.size()))
-      say("cannot read");
-    syscall(SYS_close, fd);
+    file->synced = read_whole(name);
     synced_names[name] = file;
-    if (!doubt.empty() && file->path.find(doubt) != std::string::npos)
-      file->since.push_back({.bytes = std::exchange(file->synced, {})});
+    const std::string image = image_of(name);
+    if (kept.empty() || ::access(image.c_str(), F_OK) != 0) return file;
+    // Sectors that are as they were synced stay so, whatever becomes of the rest.
+    const std::string now = std::exchange(file->synced, read_whole(image.c_str()));
+    if (now.size() < file->synced.size())
+      file->since.push_back({.offset = now.size(), .bytes = {}, .cut = true});
+    file->since.push_back({.bytes = now});
     return file;
   }
   void synced(File& file) {
