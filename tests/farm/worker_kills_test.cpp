@@ -36,7 +36,7 @@ TEST_F(WorkerKillsTest, killed_workers_cost_time_only) {
   Crew workers = crew("worker");
   for (std::size_t i = 0; i < kWorkers; ++i) {
     proxies.push_back(std::make_unique<FaultyProxy>(ProxyOptions{.upstream_port = port()}));
-    workers.start(proxies[i]->endpoint(), "slow 3");  // time for all
+    workers.start(proxies[i]->endpoint(), full_counts() ? "slow 10" : "slow 3");  // time for all
   }
   int killed = 0, in_upload = 0;
   const auto over = [&] { return !coordinator->running(); };
