@@ -46,14 +46,14 @@ void Board::leave(WorkerId id, Parting parting, Millis now) {
     if (ran) --running;
     const Lease& of = leases_.at(lease);
     if (parting == Parting::kLost && ran && !of.cells.empty())
-      note_lost(id, found->second, of.cells.front());
+      note_lost(found->second, of.cells.front());
     fail(lease, parting == Parting::kLost && ran ? Failure::kTransient : Failure::kReturned, now);
   }
   slots_ -= found->second.slots;
   workers_.erase(found);
 }
 
-void Board::note_lost(WorkerId, const Worker& worker, const CellKey& at) {
+void Board::note_lost(const Worker& worker, const CellKey& at) {
   Machine& machine = machines_[worker.machine];
   // Of workers that were lost together only the first counts, and no worker that came back.
   if (!worker.first_time || worker.losses_before != machine.losses) return;
@@ -96,19 +96,18 @@ bool Board::adopt(WorkerId id, BoardLease lease, const std::vector<CellKey>& cel
 }
 
 Millis Board::expiry(const Lease& lease) const {
+  const Millis silence = lease.heard + limits_.lease;
+  if (lease.computed) return silence;
   const int doubled = 1 << std::min(lease.attempt, kMaxDoublings);
   const auto at_least = [&](Millis least, Millis steps) {
     return std::max(least, steps) * doubled;
   };
-  Millis at = std::min(lease.heard + limits_.lease,
-                       lease.advanced + at_least(limits_.stall, limits_.stall_steps * p95_));
-  if (lease.computed) return lease.heard + limits_.lease;
-  if (lease.began) {
-    const auto cells = static_cast<std::int64_t>(lease.size);
-    at = std::min(at,
-                  *lease.began + at_least(limits_.deadline, limits_.deadline_steps * cells * p95_));
-  }
-  return at;
+  const Millis stall = lease.advanced + at_least(limits_.stall, limits_.stall_steps * p95_);
+  if (!lease.began) return std::min(silence, stall);
+  const auto cells = static_cast<std::int64_t>(lease.size);
+  const Millis deadline =
+      *lease.began + at_least(limits_.deadline, limits_.deadline_steps * cells * p95_);
+  return std::min({silence, stall, deadline});
 }
 
 bool Board::renew(BoardLease id, std::uint64_t progress, Millis now) {

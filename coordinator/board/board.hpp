@@ -178,7 +178,7 @@ class Board {
   void pass_to_twin(BoardLease id, Lease& lease);
   void supersede(BoardLease id, Lease& lease);
   void close(BoardLease id, Millis now);
-  void note_lost(WorkerId id, const Worker& worker, const CellKey& at);
+  void note_lost(const Worker& worker, const CellKey& at);
   void block_if_due(WorkerId id, Conduct& conduct);
 
   BoardLimits limits_;

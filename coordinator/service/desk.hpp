@@ -167,7 +167,7 @@ class Desk {
   void on_control(ControlKind kind, Millis now);
   void on_blob_get(const std::string& peer, Session& session, const BlobGet& get, Millis now);
   void send_blob(const std::string& peer, const BlobGet& get);
-  void send_blobs(Millis now);
+  void send_blobs();
   void forget_blobs(Millis now);
   void blobs_arrived(Session& session, std::size_t still_on_their_way);
 

@@ -16,7 +16,7 @@ void Desk::on_blob_get(const std::string& peer, Session& session, const BlobGet&
   blobs_arrived(session, kCreditChunks - 1);
   session.blob_asked = now;
   if (blobs_asked_.size() < kMaxAsked) blobs_asked_.push_back({peer, get});
-  send_blobs(now);
+  send_blobs();
 }
 
 void Desk::blobs_arrived(Session& session, std::size_t still_on_their_way) {
@@ -25,7 +25,7 @@ void Desk::blobs_arrived(Session& session, std::size_t still_on_their_way) {
   session.blob_chunks = left;
 }
 
-void Desk::send_blobs(Millis) {
+void Desk::send_blobs() {
   while (!blobs_asked_.empty() && blob_chunks_ < settings_.limits.blob_chunks) {
     const BlobAsked asked = std::move(blobs_asked_.front());
     blobs_asked_.pop_front();
@@ -56,7 +56,7 @@ void Desk::send_blob(const std::string& peer, const BlobGet& get) {
 void Desk::forget_blobs(Millis now) {
   for (auto& [peer, session] : sessions_)
     if (session.blob_chunks > 0 && now - session.blob_asked > kForgotten) blobs_arrived(session, 0);
-  send_blobs(now);
+  send_blobs();
 }
 
 }  // namespace pvsfarm

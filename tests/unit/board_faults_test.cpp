@@ -1,24 +1,9 @@
 // Stragglers, copies, and who is to blame: the task board under told time.
 #include <gtest/gtest.h>
 
-#include "coordinator/board/board.hpp"
+#include "tests/unit/board_samples.hpp"
 
 namespace pvsfarm {
-namespace {
-
-using namespace std::chrono_literals;
-
-constexpr WorkerId kAnn{1}, kBob{2}, kCid{3};
-
-CellKey root(std::uint32_t i) { return {i, 1}; }
-
-Board board_of(std::uint32_t cells, const BoardLimits& limits = {}) {
-  Board board(limits);
-  for (std::uint32_t i = cells; i-- > 0;) board.add(root(i));
-  return board;
-}
-
-}  // namespace
 
 TEST(Board, a_straggler_is_copied_once_when_nothing_is_pending) {
   Board board = board_of(4);
