@@ -4,7 +4,7 @@
 #   farm.key, farm.pub   the coordinator's; its public key goes to everybody
 #   farm.allow           who may come in
 #   worker.key           of all workers; or a NAME.key for each NAME, to be able to revoke one alone
-#   admin.key            for pvsfarm status, drain and cancel
+#   admin.key            for pvsfarm status, pause, resume, drain and cancel
 set -euo pipefail
 umask 077
 export PATH=$PATH:$(dirname "${BASH_SOURCE[0]}")/../build/release/bin
