@@ -4,7 +4,6 @@
 
 #include <atomic>
 #include <cstdio>
-#include <set>
 
 #include "common/wire/crc32c.hpp"
 #include "common/wire/socket.hpp"
@@ -171,20 +170,26 @@ TEST(MemoryAttack, large_honest_messages_one_after_another_are_all_read) {
 // libzmq 4.3 aborts if its own heartbeat falls due between a peer's reset and the reading of what
 // the peer had sent before; so none is used.
 TEST(MemoryAttack, a_reset_while_messages_wait_does_not_end_the_process) {
-  const auto router = Router::bind("tcp://127.0.0.1:*").value();
-  constexpr int kPeers = 4;
-  for (int i = 0; i < kPeers; ++i) {
-    RawPeer peer(router->endpoint());
+  std::vector<std::unique_ptr<Router>> routers;
+  const std::string messages = RawPeer::message({"header", std::string(kBlock, 'x')});
+  for (int i = 0; i < 4; ++i) {
+    Router& router = *routers.emplace_back(Router::bind("tcp://127.0.0.1:*").value());
+    RawPeer peer(router.endpoint());
     ASSERT_TRUE(peer.shake_hands());
-    const std::string messages = RawPeer::message({"header", std::string(kBlock, 'x')});
     for (int sent = 0; sent < 40 && peer.send(messages); ++sent) {
     }
+    // A reset drops what the kernel still holds: libzmq must have begun to read.
+    ASSERT_TRUE(wait_until(15, [&] {
+      router.wait(milliseconds(50));
+      return router.receive().has_value();
+    }));
+    std::this_thread::sleep_for(milliseconds(100));
     peer.reset();
   }
   std::this_thread::sleep_for(std::chrono::seconds(6));
-  std::set<PeerId> peers;
-  while (const auto received = router->receive()) peers.insert(received->peer);
-  EXPECT_EQ(peers.size(), kPeers);
+  for (const auto& router : routers)
+    while (router->receive()) {
+    }
 }
 
 std::string fixed32(std::uint32_t value) {
