@@ -31,9 +31,14 @@ def main(faults_path, kept_path, new_path):
     print("The faults that a farm must survive, and what the tests of each reached. Made by\n"
           "`bash docs/make_reliability.sh`; no figure is typed by hand. *Golden* is the store that one\n"
           "worker makes without faults; *identical* means equal to it byte for byte.\n")
-    print("| # | fault | asked | reached | counts |\n|---|---|---|---|---|")
     missing = []
+    section = None
     for fault in faults:
+        if fault.get("section", "") != section:
+            section = fault.get("section", "")
+            head = "what" if section else "fault"
+            print((f"\n## {section}\n\n" if section else "") +
+                  f"| # | {head} | asked | reached | counts |\n|---|---|---|---|---|")
         mine = [f for f in figures if f["row"] == fault["row"]]
         if not mine:
             missing.append(fault["row"])

@@ -329,7 +329,7 @@ Millis Desk::next_wake(Millis now) const {
   if (cut_off_at_) next = std::min(next, *cut_off_at_);
   if (work_.disk_full())
     next = std::min(next, commit_again_);
-  else if (leasing_ && !hungry_.empty() && !board_.idle())
+  else if (giving() && !hungry_.empty() && !board_.idle())
     next = std::min(next, next_spare_look_);
   if (!work_.disk_full() && work_.uncommitted() > 0)
     next = std::min(next, oldest_uncommitted_ + settings_.limits.commit_delay);

@@ -3,7 +3,9 @@
 #include <sys/resource.h>
 #include <sys/syscall.h>
 
+#include <cmath>
 #include <filesystem>
+#include <iomanip>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -20,6 +22,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
+constexpr const char* kSlow = "slow 3";  // fault_preload.cpp; a tenth of a second a cell
+
 class OperationsTest : public FarmFixture {
  protected:
   json status_json() const {
@@ -30,6 +34,22 @@ class OperationsTest : public FarmFixture {
   void command(const std::string& name) const {
     Process process({kPvsfarm, name, endpoint()}, log(name));
     EXPECT_EQ(process.wait(20), 0) << process.err();
+  }
+  // Of a coordinator that is there, however busy the machine is.
+  StatusReport answered() const {
+    std::optional<StatusReport> report;
+    EXPECT_TRUE(wait_until(60, [&] { return (report = status()).has_value(); }));
+    return report.value_or(StatusReport{});
+  }
+  // A bake that is looked at must not end before the test has looked, on whatever machine: its
+  // worker sleeps at every cell. It is joined by a quick one when the bake may end.
+  void start_slow(Crew& workers) const {
+    workers.start(endpoint(), kSlow);
+    ASSERT_TRUE(reaches(1));
+  }
+  Outcome let_it_end(Process& coordinator, Crew& workers) const {
+    workers.start(endpoint());
+    return outcome(coordinator);
   }
   // Of `--metrics` with port 0: what it says on stderr.
   static std::string url_in(const std::string& text) {
@@ -50,12 +70,12 @@ std::vector<json> lines_of(const std::string& text) {
 TEST_F(OperationsTest, a_status_says_who_computes_what) {
   const auto coordinator = coordinate();
   Crew workers = crew("worker");
-  workers.start(endpoint());
-  ASSERT_TRUE(reaches(20));
+  start_slow(workers);
   json found;
-  ASSERT_TRUE(wait_until(20, [&] {
+  ASSERT_TRUE(wait_until(60, [&] {
     found = status_json();
-    return found["workers"].size() == 1 && found["workers"][0]["state"] == "computing";
+    return found["workers"].size() == 1 && found["workers"][0]["state"] == "computing" &&
+           found["counters"]["commits"] > 0;
   })) << found;
   const json& worker = found["workers"][0];
   EXPECT_EQ(worker["pid"], workers.process(0).pid());
@@ -66,7 +86,6 @@ TEST_F(OperationsTest, a_status_says_who_computes_what) {
   EXPECT_GT(worker["cells_done"], 0);
   EXPECT_GT(worker["resident_bytes"], 1'000'000);
   EXPECT_GT(found["journal_bytes"], 0);
-  EXPECT_GT(found["counters"]["commits"], 0);
   EXPECT_EQ(found["counters"]["workers_joined"], 1);
   EXPECT_EQ(found["state"], "running");
 
@@ -74,7 +93,11 @@ TEST_F(OperationsTest, a_status_says_who_computes_what) {
   ASSERT_EQ(text.wait(20), 0);
   EXPECT_NE(text.out().find(":" + std::to_string(workers.process(0).pid())), std::string::npos);
   Process watch({kPvsfarm, "status", out_, "--watch", "--every", "0.2", "--json"}, log("watch"));
-  EXPECT_TRUE(outcome(*coordinator).well());
+  ASSERT_TRUE(wait_until(60, [&] {  // it has begun
+    const auto text = read_file(log("watch.out"));
+    return text.ok() && text->find('\n') != std::string::npos;
+  }));
+  EXPECT_TRUE(let_it_end(*coordinator, workers).well());
   EXPECT_EQ(watch.wait(20), 0);  // ends with the bake
   const std::vector<json> seen = lines_of(watch.out());
   ASSERT_FALSE(seen.empty());
@@ -84,18 +107,17 @@ TEST_F(OperationsTest, a_status_says_who_computes_what) {
 TEST_F(OperationsTest, a_pause_keeps_workers_and_hands_out_nothing) {
   const auto coordinator = coordinate();
   Crew workers = crew("worker");
-  workers.start(endpoint());
-  ASSERT_TRUE(reaches(20));
+  start_slow(workers);
   command("pause");
-  ASSERT_TRUE(wait_until(20, [&] { return status()->cells_leased == 0; }));
-  const StatusReport paused = *status();
+  ASSERT_TRUE(wait_until(60, [&] { return answered().cells_leased == 0; }));
+  const StatusReport paused = answered();
   EXPECT_EQ(paused.state, "paused");
   EXPECT_GT(paused.cells_open, 0u);
   EXPECT_EQ(paused.workers.size(), 1u);
   std::this_thread::sleep_for(std::chrono::milliseconds(2500));  // past a heartbeat
-  EXPECT_EQ(status()->cells_done, paused.cells_done);
+  EXPECT_EQ(answered().cells_done, paused.cells_done);
   command("resume");
-  EXPECT_TRUE(outcome(*coordinator).well());
+  EXPECT_TRUE(let_it_end(*coordinator, workers).well());
 }
 
 TEST_F(OperationsTest, figures_and_health_over_http) {
@@ -103,15 +125,15 @@ TEST_F(OperationsTest, figures_and_health_over_http) {
   const std::string url = url_in(coordinator->err());
   ASSERT_FALSE(url.empty()) << coordinator->err();
   Crew workers = crew("worker");
-  workers.start(endpoint());
-  ASSERT_TRUE(reaches(20));
+  start_slow(workers);
   HttpAnswer answer;
   PrometheusText figures;
-  ASSERT_TRUE(wait_until(10, [&] {
+  ASSERT_TRUE(wait_until(60, [&] {
     answer = http_get(url + "/metrics");
     figures = read_prometheus(answer.body);
     return figures.values.count("pvsfarm_cells{state=\"done\"}") != 0 &&
-           figures.values["pvsfarm_cells{state=\"done\"}"] >= 20;
+           figures.values["pvsfarm_cells{state=\"done\"}"] >= 1 &&
+           figures.values["pvsfarm_workers_resident_bytes"] > 0;  // a heartbeat later
   })) << answer.body;
   EXPECT_EQ(answer.status, 200);
   EXPECT_NE(answer.head.find("text/plain; version=0.0.4"), std::string::npos) << answer.head;
@@ -123,7 +145,7 @@ TEST_F(OperationsTest, figures_and_health_over_http) {
   EXPECT_EQ(http_get(url + "/readyz").status, 200);
   EXPECT_EQ(http_get(url + "/etc/passwd").status, 404);
   EXPECT_EQ(http_get(url + "/metrics", "POST").status, 405);
-  EXPECT_TRUE(outcome(*coordinator).well());
+  EXPECT_TRUE(let_it_end(*coordinator, workers).well());
   EXPECT_EQ(http_get(url + "/healthz").status, 0);  // gone with the coordinator
 }
 
@@ -140,8 +162,10 @@ TEST_F(OperationsTest, metrics_where_another_listens_end_the_bake_before_it_begi
 }
 
 TEST_F(OperationsTest, a_trace_has_every_cell_once_and_no_worker_does_two_things_at_a_time) {
-  Process bake(bake_command(out_, {"--trace", log("trace.json")}), log("bake"));
-  ASSERT_EQ(bake.wait(), 0) << bake.err();
+  const auto coordinator = coordinate({"--trace", log("trace.json")});
+  Crew workers = crew("worker");
+  start_slow(workers);
+  EXPECT_TRUE(let_it_end(*coordinator, workers).well());
   const json events = json::parse(read_file(log("trace.json")).value());  // all of it is JSON
   std::map<int, double> free_us;
   std::map<std::string, int> cells;
@@ -167,28 +191,26 @@ TEST_F(OperationsTest, a_trace_has_every_cell_once_and_no_worker_does_two_things
 TEST_F(OperationsTest, the_trace_of_a_killed_bake_opens_too) {
   const auto coordinator = coordinate({"--trace", log("trace.json")});
   Crew workers = crew("worker");
-  workers.start(endpoint());
+  start_slow(workers);
   ASSERT_TRUE(wait_until(60, [&] {
     const auto trace = read_bake_trace(log("trace.json"));
-    return trace.ok() && trace->cells.size() > 20;
+    return trace.ok() && trace->cells.size() > 1;
   }));
   coordinator->send(SIGKILL);
   EXPECT_EQ(coordinator->wait(10), 128 + SIGKILL);
   const auto trace = read_bake_trace(log("trace.json"));
   ASSERT_TRUE(trace.ok()) << trace.error().text;
   EXPECT_FALSE(trace->finished);
-  EXPECT_GT(trace->cells.size(), 20u);
+  EXPECT_GT(trace->cells.size(), 1u);
 }
 
 TEST_F(OperationsTest, every_line_of_a_json_log_is_an_object_and_says_what_it_is_about) {
   const auto coordinator = coordinate({"--log-format", "json"});
   Crew workers = crew("worker");
-  workers.start(endpoint());
-  ASSERT_TRUE(reaches(20));
+  start_slow(workers);
   workers.kill(0);
   const std::string pid = std::to_string(workers.process(0).pid());
-  workers.start(endpoint());
-  EXPECT_TRUE(outcome(*coordinator).well());
+  EXPECT_TRUE(let_it_end(*coordinator, workers).well());
   std::map<std::string, json> by_event;
   for (const json& line : lines_of(coordinator->err())) {
     for (const char* member : {"time", "level", "program", "event", "text"})
@@ -213,6 +235,7 @@ TEST_F(OperationsTest, every_line_of_a_json_log_is_an_object_and_says_what_it_is
 
 TEST_F(OperationsTest, workers_of_low_priority_step_back) {
   const auto coordinator = coordinate();
+  command("pause");  // or the bake may end before it is looked at
   Crew workers = crew("worker");
   workers.start(endpoint(), "", {"--low-priority"});
   const pid_t pid = workers.process(0).pid();
@@ -231,13 +254,18 @@ TEST_F(OperationsTest, workers_of_low_priority_step_back) {
   EXPECT_NE(sched_getscheduler(pid), SCHED_IDLE);
   EXPECT_EQ(getpriority(PRIO_PROCESS, static_cast<id_t>(pid)), 19);
   EXPECT_EQ(syscall(SYS_ioprio_get, 1, pid) >> 13, 3);  // idle
-  workers.start(endpoint());  // on a machine that is never idle the other gets nowhere
-  EXPECT_TRUE(outcome(*coordinator).well());
+  command("resume");
+  // On a machine that is never idle the one gets nowhere.
+  EXPECT_TRUE(let_it_end(*coordinator, workers).well());
 }
 
 TEST_F(OperationsTest, a_bake_of_low_priority_lowers_its_workers_and_not_the_user) {
   const int before = getpriority(PRIO_PROCESS, 0);
-  Process bake(bake_command(out_, {"--low-priority", "--workers", "auto"}), log("bake"));
+  std::vector<std::string> slow_bake{"/usr/bin/env", "LD_PRELOAD=" PVSFARM_FAULT_PRELOAD,
+                                     std::string("PVSFARM_FAULT=") + kSlow};
+  for (const std::string& word : bake_command(out_, {"--low-priority", "--workers", "auto"}))
+    slow_bake.push_back(word);
+  Process bake(slow_bake, log("bake"));
   std::optional<StatusReport> report;
   ASSERT_TRUE(wait_until(60, [&] {
     const auto text = read_file(out_ + ".endpoint");
@@ -269,27 +297,67 @@ TEST_F(OperationsTest, a_worker_short_of_memory_fails_tasks_and_does_not_crash) 
   EXPECT_TRUE(code == 0 || code == 42) << code << workers.process(0).err();  // it left by itself
 }
 
+namespace {
+
+// A bake of which nobody knows beforehand which cells split.
+struct EstimatedBake {
+  std::string name;
+  std::vector<std::string> scene, cells;
+};
+const std::vector<EstimatedBake> kEstimatedBakes{
+    {"city", {"--blocks", "4", "--cell-size", "20"}, {"--budget", "2200", "--min-cell", "2.5"}},
+    {"forest",
+     {"--trees", "500", "--leaves", "200", "--cell-size", "8"},
+     {"--budget", "40000", "--min-cell", "1.5"}}};
+
 // What is left is told within 30 % once a fifth of the time is over, and near the end within 3 % of
-// the whole, for bakes of which nobody knows beforehand which cells split. Bakes of a few seconds
-// would be no test: most of their roots are at the workers before the first answer is there. That
-// of a plain run is so short that the order of its cells, another each time on a busy machine,
-// still moves the figure by some hundredths: it is given a little more.
+// the whole.
+void expect_well_told(const TracedBake& bake, const std::string& what) {
+  EXPECT_GT(bake.cells.size(), 10 * bake.root_cells);  // most are there by splitting
+  double worst = 0;  // of what is left, where it is more than that of the whole
+  bool held = true;
+  for (const std::size_t workers : {1u, 2u, 16u}) {
+    const auto told = replay_estimate(baked_by({.workers = workers}, bake), 1000);
+    for (const EtaSample& sample : told) {
+      const double off_s = std::abs(sample.told.eta_s - sample.left_s);
+      const bool counts = sample.done >= 0.2 && off_s > 0.03 * (sample.time_s + sample.left_s);
+      if (counts) worst = std::max(worst, off_s / sample.left_s);
+    }
+    const auto off = first_beyond(told);
+    held = held && !off;
+    if (off)
+      ADD_FAILURE() << what << ", " << workers << " workers: after " << 100 * off->done
+                    << " % of the time, " << off->left_s << " s before the end, told "
+                    << off->told.eta_s << " s";
+  }
+  std::ostringstream percent;
+  percent << std::setprecision(2) << 100 * worst << " %";
+  record({.row = 28,
+          .what = what + ", " + std::to_string(bake.cells.size()) + " cells, 1, 2 and 16 workers",
+          .asked = "30 %, or 3 % of the whole",
+          .reached = percent.str(),
+          .held = held});
+}
+
+}  // namespace
+
+// From what the cells of two bakes cost once: the same on every machine, however busy.
 TEST_F(OperationsTest, the_time_left_is_told_right_in_a_city_and_in_a_forest) {
-  struct Case {
-    std::string name;
-    std::vector<std::string> scene, cells;
-  };
-  std::vector<Case> cases{
-      {"city", {"--blocks", "4", "--cell-size", "20"}, {"--budget", "2200", "--min-cell", "2.5"}}};
-  if (full_counts())
-    cases.push_back({"forest",
-                     {"--trees", "500", "--leaves", "200", "--cell-size", "8"},
-                     {"--budget", "40000", "--min-cell", "1.5"}});
-  for (const Case& c : cases) {
-    SCOPED_TRACE(c.name);
-    const std::string base = log(c.name);
-    std::vector<std::string> make{kPvsfarm, "generate", c.name, "-o", base + ".obj"};
-    make.insert(make.end(), c.scene.begin(), c.scene.end());
+  for (const EstimatedBake& known : kEstimatedBakes) {
+    const auto bake = read_cell_costs(PVSFARM_ESTIMATES "/" + known.name + ".cells");
+    ASSERT_TRUE(bake.ok()) << bake.error().text;
+    expect_well_told(*bake, known.name + " as it was kept");
+  }
+}
+
+// The same bakes, now and here. Their traces are what estimates/record.py keeps.
+TEST_F(OperationsTest, the_time_left_is_told_right_of_bakes_of_today) {
+  if (!full_counts()) GTEST_SKIP() << "minutes; PVSFARM_FULL=1";
+  for (const EstimatedBake& today : kEstimatedBakes) {
+    SCOPED_TRACE(today.name);
+    const std::string base = log(today.name);
+    std::vector<std::string> make{kPvsfarm, "generate", today.name, "-o", base + ".obj"};
+    make.insert(make.end(), today.scene.begin(), today.scene.end());
     Process generate(make, log("generate"));
     ASSERT_EQ(generate.wait(), 0) << generate.err();
     std::vector<std::string> command{kPvsfarm, "bake", base + ".obj", "-o", base + ".pvs"};
@@ -297,19 +365,13 @@ TEST_F(OperationsTest, the_time_left_is_told_right_in_a_city_and_in_a_forest) {
          {std::string("--cells"), base + ".cells.json", std::string("--tags"), base + ".tags.json",
           std::string("--split-gain"), std::string("0"), std::string("--trace"), base + ".json"})
       command.push_back(word);
-    command.insert(command.end(), c.cells.begin(), c.cells.end());
+    command.insert(command.end(), today.cells.begin(), today.cells.end());
     Process bake(command, log("bake"));
-    ASSERT_EQ(bake.wait(400), 0) << bake.err();
+    ASSERT_EQ(bake.wait(1500), 0) << bake.err();
     const auto trace = read_bake_trace(base + ".json");
     ASSERT_TRUE(trace.ok()) << trace.error().text;
     EXPECT_TRUE(trace->finished);
-    EXPECT_GT(trace->cells.size(), 10 * trace->root_cells);  // most are there by splitting
-    const EtaLimits limits =
-        full_counts() ? EtaLimits{} : EtaLimits{.of_left = 0.35, .of_total = 0.05};
-    const auto off = first_beyond(replay_estimate(at_even_speed(*trace, 600), 1000), limits);
-    if (off)
-      ADD_FAILURE() << "after " << 100 * off->done << " % of the time, " << off->left_s
-                    << " s before the end, told " << off->told.eta_s << " s";
+    expect_well_told(*trace, today.name + " of today");
   }
 }
 

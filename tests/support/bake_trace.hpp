@@ -2,6 +2,7 @@
 // would have done on it.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,8 +14,7 @@ namespace pvsfarm {
 
 struct TracedCell {
   double end_s = 0;  // when its task's result was there
-  std::uint32_t root = 0;
-  int depth = 0;
+  CellKey key;
   double cpu_ms = 0;
   bool split = false;
 };
@@ -30,8 +30,17 @@ struct TracedBake {
 // Errors: kIo; kInvalidInput, for what no trace viewer would read.
 Result<TracedBake> read_bake_trace(const std::string& path);
 
-// The same results in the same order, by a farm of even speed that takes `total_s` for all of them.
-TracedBake at_even_speed(TracedBake bake, double total_s);
+// The cells of a bake and what each cost, one a line, as tests/farm/estimates/record.py keeps them.
+// Errors: kIo; kInvalidInput.
+Result<TracedBake> read_cell_costs(const std::string& path);
+
+// The same cells, handed out by the real board to workers that do nothing else and need for each
+// what it cost once: a farm without the noise of the machine it ran on, and the same every time.
+struct VirtualFarm {
+  std::size_t workers = 2;
+  double total_s = 600;  // its time is stretched to this
+};
+TracedBake baked_by(const VirtualFarm& farm, const TracedBake& bake);
 
 struct EtaSample {
   double time_s = 0, done = 0;  // which part of the time is over

@@ -146,6 +146,12 @@ class TinyCells : public Crowd {
   Bytes hidden_, seen_;
 };
 
+// Takes tasks and never answers.
+struct Mute : Crowd {
+  using Crowd::Crowd;
+  void answer(Peer&, const Message&) override {}
+};
+
 // Takes results as large as they come, until it pauses in the middle of them.
 struct PausedWork : Work {
   bool paused = false;
@@ -252,6 +258,28 @@ TEST(DeskLoad, merging_pauses_for_a_minute_under_two_hundred_workers) {
           .asked = "512",
           .reached = number(most_mib),
           .held = most_mib <= 512});
+}
+
+// A worker that has nothing to do is looked after every 50 ms, while another may be late; but not
+// if it would get nothing anyway: then the loop may sleep until the next heartbeat is due.
+TEST(DeskLoad, a_pause_lets_the_coordinator_sleep_though_a_worker_is_idle) {
+  const TemporaryFolder folder;
+  auto journal = Journal::open(folder.path + "/x.journal", {digest_of(Bytes{}), ""});
+  ASSERT_TRUE(journal.ok()) << journal.error().text;
+  Tree tree({VisibleSet::all(8), std::vector<std::uint32_t>(8, 10)},
+            {Cell::aligned({{0, 0, 0}, {1, 1, 1}})}, {});
+  BakeWork work(tree, **journal, Estimate());
+  Desk desk({.scene_digest = digest_of(Bytes{}), .epoch = 1}, work, 0ms);
+  Mute crowd(desk, 2);
+  crowd.turn(0ms);
+  crowd.turn(100ms);
+  EXPECT_LE(desk.next_wake(120ms), 150ms);  // one has the only cell, the other waits for it
+  crowd.say(crowd.peers_.at("0"), Control{ControlKind::kPause});
+  crowd.turn(200ms);
+  EXPECT_GE(desk.next_wake(400ms), 900ms);
+  crowd.say(crowd.peers_.at("0"), Control{ControlKind::kResume});
+  crowd.turn(500ms);
+  EXPECT_LE(desk.next_wake(520ms), 550ms);
 }
 
 TEST(DeskLoad, tiny_cells_are_merged_fast_and_leave_nothing_behind) {

@@ -207,8 +207,12 @@ void Compute::Shared::run() {
     }
     lock.lock();
     result = std::move(answer);
+    // Not under the lock: whom it wakes takes this thread's place, where this one has only the time
+    // that nobody else wants, and would wait for the lock as long as anybody else wants some.
+    lock.unlock();
     const std::uint64_t one = 1;
     [[maybe_unused]] const ssize_t written = write(event, &one, sizeof one);
+    lock.lock();
   }
   stopped = true;
   changed.notify_all();
