@@ -63,7 +63,7 @@ void FarmFixture::SetUpTestSuite() {
                    suite_ + "/generate");
   ASSERT_EQ(generate.wait(), 0) << generate.err();
   Process bake(bake_command(suite_ + "/golden.pvs", {"--workers", "1"}), suite_ + "/golden");
-  ASSERT_EQ(bake.wait(), 0) << bake.err();
+  ASSERT_EQ(bake.wait(300), 0) << bake.err();
   golden_ = read_file(suite_ + "/golden.pvs").value();
   golden_cells_ = nlohmann::json::parse(bake.out())["evaluated"];
   ASSERT_GE(golden_cells_, 500);
@@ -72,6 +72,7 @@ void FarmFixture::SetUpTestSuite() {
 void FarmFixture::TearDownTestSuite() { fs::remove_all(suite_); }
 
 void FarmFixture::SetUp() {
+  ASSERT_FALSE(golden_.empty()) << "there is no golden store";  // a skipped test would hide it
   std::string pattern = suite_ + "/t-XXXXXX";
   folder_ = mkdtemp(pattern.data());
   setenv("TMPDIR", folder_.c_str(), 1);
@@ -103,13 +104,17 @@ std::unique_ptr<Process> FarmFixture::coordinate(const std::vector<std::string>&
     fs::remove(out_ + suffix);
   auto process = std::make_unique<Process>(
       with_scene({kPvsfarm, "coordinate", "--bind", bind}, out_, more), log("coordinator"));
-  const bool listens = wait_until(60, [&] {
+  await_endpoint(*process);
+  return process;
+}
+
+void FarmFixture::await_endpoint(Process& coordinator, double limit_s) {
+  const bool listens = wait_until(limit_s, [&] {
     const auto text = read_file(out_ + ".endpoint");
     if (text) endpoint_ = text->substr(0, text->find('\n'));
-    return text.ok() || !process->running();
+    return text.ok() || !coordinator.running();
   });
-  EXPECT_TRUE(listens && process->running()) << process->err();
-  return process;
+  EXPECT_TRUE(listens && coordinator.running()) << coordinator.err();
 }
 
 std::uint64_t FarmFixture::hide_scene() const {
@@ -118,7 +123,7 @@ std::uint64_t FarmFixture::hide_scene() const {
     const fs::path scene = entry.path() / "scene";
     if (entry.path().filename().string().rfind("pvsfarm-", 0) != 0 || !fs::exists(scene)) continue;
     bytes = fs::file_size(scene);
-    fs::remove(scene);
+    fs::rename(scene, hidden_scene());
   }
   return bytes;
 }

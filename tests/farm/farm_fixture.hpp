@@ -67,8 +67,12 @@ class FarmFixture : public testing::Test {
   // A coordinator of a new bake, listening; endpoint() is then where.
   std::unique_ptr<Process> coordinate(const std::vector<std::string>& more = {},
                                       const std::string& bind = "tcp://127.0.0.1:*");
-  // Takes away the scene's file that workers of this machine would map. Its size.
+  // Takes the scene's file away from where workers of this machine would map it, to
+  // hidden_scene(). Its size.
   std::uint64_t hide_scene() const;
+  std::string hidden_scene() const { return folder_ + "/hidden.scene"; }
+  // The coordinator that was just started listens: endpoint() is then where.
+  void await_endpoint(Process& coordinator, double limit_s = 60);
   const std::string& endpoint() const { return endpoint_; }
   int port() const { return std::stoi(endpoint_.substr(endpoint_.rfind(':') + 1)); }
   std::optional<StatusReport> status() const { return ask_status(endpoint_); }

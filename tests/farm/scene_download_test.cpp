@@ -1,5 +1,5 @@
-// A scene on its way to a worker that has never seen it: what arrived before the worker was killed,
-// or the connection was cut, is not fetched again.
+// A scene on its way to a worker that has never seen it: it is all that the worker needs, and what
+// arrived before the worker was killed, or the connection was cut, is not fetched again.
 #include <filesystem>
 #include <fstream>
 
@@ -57,6 +57,34 @@ TEST_F(SceneDownloadTest, goes_on_where_a_connection_was_cut) {
   ASSERT_TRUE(fetched(0.8));
   proxy_->reset_all();
   expect_little_more_than_once();
+}
+
+// Its files are those of the system and the worker's own program: where the scene, its cells and
+// tags are, it finds an empty disk.
+TEST_F(SceneDownloadTest, is_all_that_a_machine_needs_which_never_saw_the_scene) {
+  if (geteuid() != 0 || system("unshare --mount true > /dev/null 2>&1") != 0)
+    GTEST_SKIP() << "needs root and mount namespaces";
+  const std::string cache = folder_ + "/cache";
+  Process worker({"/usr/bin/env", "unshare", "--mount", "sh", "-c",
+                  "mount -t tmpfs none " + suite_ + " && mkdir -p " + folder_ + " && exec " +
+                      kWorker + " --connect " + proxy_->endpoint() + " --cache " + cache},
+                 log("worker"));
+  ASSERT_TRUE(reaches(1)) << worker.err();
+  const double to_begin = static_cast<double>(proxy_->figures().bytes_down);
+  std::vector<std::string> files;
+  const std::string its_disk = "/proc/" + std::to_string(worker.pid()) + "/root" + suite_;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(its_disk))
+    if (entry.is_regular_file()) files.push_back(entry.path());
+  ASSERT_EQ(files.size(), 1u);
+  EXPECT_EQ(read_file(files[0]).value(), read_file(hidden_scene()).value());
+  EXPECT_NE(worker.err().find("fetching the scene, " + std::to_string(scene_bytes_) + " bytes\n"),
+            std::string::npos)
+      << worker.err();
+  // Beside the bundle only the frames around it, and the first tasks.
+  const auto bundle = static_cast<double>(scene_bytes_);
+  EXPECT_GT(to_begin, bundle);
+  EXPECT_LT(to_begin, 1.02 * bundle + 16'384);
+  EXPECT_TRUE(outcome(*coordinator_).well()) << coordinator_->err();
 }
 
 TEST_F(SceneDownloadTest, that_was_damaged_on_the_disk_begins_anew) {
