@@ -4,6 +4,8 @@
 #include <array>
 #include <vector>
 
+#include "common/wire/despite_signals.hpp"
+
 namespace pvsfarm {
 namespace {
 
@@ -20,7 +22,7 @@ std::vector<std::string> receive_frames(zmq::socket_t& socket) {
   std::vector<std::string> frames;
   for (bool more = true; more;) {
     zmq::message_t part;
-    if (!socket.recv(part)) break;
+    if (!despite_signals([&] { return socket.recv(part); })) break;
     more = part.more();
     if (frames.size() <= kRequestFrames) frames.push_back(part.to_string());
   }
@@ -45,7 +47,7 @@ std::string bytes_of(const KeyBytes& key) { return {key.begin(), key.end()}; }
 Authenticator::Authenticator(zmq::context_t& context, AllowList list)
     : list_(std::move(list)), context_(context), socket_(context, zmq::socket_type::rep) {
   socket_.set(zmq::sockopt::linger, 0);
-  socket_.bind(kAnswers);
+  despite_signals([&] { socket_.bind(kAnswers); });
   thread_ = std::thread([this] { serve(); });
 }
 
@@ -74,8 +76,11 @@ void Authenticator::serve() {
       const std::array<std::string, 6> answer{
           "1.0", id, welcome ? "200" : "400", welcome ? "" : "no", welcome ? key : "", ""};
       for (std::size_t i = 0; i < answer.size(); ++i)
-        socket_.send(zmq::buffer(answer[i]),
-                     i + 1 < answer.size() ? zmq::send_flags::sndmore : zmq::send_flags::none);
+        despite_signals([&] {
+          return socket_.send(zmq::buffer(answer[i]), i + 1 < answer.size()
+                                                          ? zmq::send_flags::sndmore
+                                                          : zmq::send_flags::none);
+        });
     }
   } catch (const zmq::error_t&) {
     // The context ends. Were it anything else: with nobody to answer, nobody is let in.

@@ -13,6 +13,8 @@
 #include <optional>
 #include <utility>
 
+#include "common/wire/despite_signals.hpp"
+
 namespace pvsfarm {
 namespace {
 
@@ -58,8 +60,7 @@ ConnectionGuard::ConnectionGuard(zmq::context_t& context, zmq::socket_t& socket,
   const std::string name = next_name();
   events_.set(zmq::sockopt::linger, 0);
   events_.set(zmq::sockopt::rcvhwm, 0);  // an event that waits would hold up all connections
-  if (zmq_socket_monitor(socket.handle(), name.c_str(), kEvents) != 0) throw zmq::error_t();
-  events_.connect(name);
+  watch_events(socket, events_, name, kEvents);
   thread_ = std::thread([this] { watch(); });
 }
 
@@ -111,9 +112,8 @@ void ConnectionGuard::hang_up(int fd, const Connection& connection) {
 }
 
 bool ConnectionGuard::take_event() {
-  zmq::message_t event, address;
-  if (!events_.recv(event, zmq::recv_flags::dontwait)) return false;
-  if (event.more()) (void)events_.recv(address, zmq::recv_flags::dontwait);
+  zmq::message_t event;
+  if (!pvsfarm::take_event(events_, event)) return false;
   std::uint16_t kind = 0;
   std::int32_t value = 0;
   if (event.size() < sizeof kind + sizeof value) return true;
@@ -182,7 +182,7 @@ void ConnectionGuard::watch() {
   try {
     while (true) {
       zmq::pollitem_t item{events_.handle(), 0, ZMQ_POLLIN, 0};
-      zmq::poll(&item, 1, rest);
+      despite_signals([&] { return zmq::poll(&item, 1, rest); });
       const std::lock_guard lock(mutex_);
       if (stop_) break;
       while (take_event()) {

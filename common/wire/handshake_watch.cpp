@@ -4,6 +4,8 @@
 #include <cerrno>
 #include <cstring>
 
+#include "common/wire/despite_signals.hpp"
+
 namespace pvsfarm {
 namespace {
 
@@ -21,8 +23,7 @@ HandshakeWatch::HandshakeWatch(zmq::context_t& context, zmq::socket_t& socket)
     : watched_(socket), events_(context, zmq::socket_type::pair) {
   const std::string name = next_name();
   events_.set(zmq::sockopt::linger, 0);
-  if (zmq_socket_monitor(socket.handle(), name.c_str(), kEvents) != 0) throw zmq::error_t();
-  events_.connect(name);
+  watch_events(socket, events_, name, kEvents);
 }
 
 HandshakeWatch::~HandshakeWatch() { zmq_socket_monitor(watched_.handle(), nullptr, 0); }
@@ -34,9 +35,8 @@ HandshakeWatch::Last HandshakeWatch::next(std::chrono::milliseconds timeout) {
   } catch (const zmq::error_t& error) {
     if (error.num() != EINTR) throw;
   }
-  zmq::message_t event, address;
-  if (!events_.recv(event, zmq::recv_flags::dontwait)) return Last::kNothing;
-  if (event.more()) (void)events_.recv(address, zmq::recv_flags::dontwait);
+  zmq::message_t event;
+  if (!take_event(events_, event)) return Last::kNothing;
   std::uint16_t kind = 0;
   if (event.size() >= sizeof kind) std::memcpy(&kind, event.data(), sizeof kind);
   switch (kind) {

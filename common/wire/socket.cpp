@@ -10,6 +10,7 @@
 
 #include "common/wire/authenticator.hpp"
 #include "common/wire/connection_guard.hpp"
+#include "common/wire/despite_signals.hpp"
 #include "common/wire/handshake_watch.hpp"
 #include "common/wire/trial.hpp"
 
@@ -37,18 +38,6 @@ void set_options(zmq::socket_t& socket) {
   socket.set(zmq::sockopt::tcp_keepalive_cnt, 4);
   socket.set(zmq::sockopt::tcp_maxrt, 30'000);  // with data on its way
   socket.set(zmq::sockopt::handshake_ivl, kHandshakeMs);
-}
-
-// A signal may cut short even what does not wait. Nothing is done then.
-template <typename Operation>
-auto despite_signals(const Operation& operation) {
-  while (true) {
-    try {
-      return operation();
-    } catch (const zmq::error_t& error) {
-      if (error.num() != EINTR) throw;
-    }
-  }
 }
 
 // False: not now. Throws zmq::error_t for anything else.
@@ -194,7 +183,7 @@ Result<std::unique_ptr<Router>> Router::bind(const std::string& endpoint,
       state->authenticator.emplace(state->context, std::move(security->allow));
     }
     state->guard.emplace(state->context, state->socket);
-    state->socket.bind(endpoint);
+    despite_signals([&] { state->socket.bind(endpoint); });
     state->endpoint = state->socket.get(zmq::sockopt::last_endpoint);
     if (security)
       if (Status kept_out = try_in_vain(state->endpoint, security->keys.public_key); !kept_out)
@@ -288,7 +277,7 @@ Result<std::unique_ptr<Dealer>> Dealer::connect(const std::string& endpoint,
     state->socket.set(zmq::sockopt::reconnect_ivl, first_ms);
     state->socket.set(zmq::sockopt::reconnect_ivl_max, most_ms);
     if (security) present_key(state->socket, *security);
-    state->socket.connect(endpoint);
+    despite_signals([&] { state->socket.connect(endpoint); });
     return std::unique_ptr<Dealer>(new Dealer(std::move(state)));
   } catch (const zmq::error_t& error) {
     return endpoint_error(endpoint, error, "connect");

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "common/wire/authenticator.hpp"
+#include "common/wire/despite_signals.hpp"
 #include "common/wire/handshake_watch.hpp"
 
 namespace pvsfarm {
@@ -17,7 +18,7 @@ bool refused(zmq::context_t& context, const std::string& endpoint,
   socket.set(zmq::sockopt::linger, 0);
   if (security) present_key(socket, *security);
   HandshakeWatch watch(context, socket);
-  socket.connect(endpoint);
+  despite_signals([&] { socket.connect(endpoint); });
   using Clock = std::chrono::steady_clock;
   for (const auto end = Clock::now() + kTrialPatience; Clock::now() < end;) {
     const HandshakeWatch::Last last = watch.next(std::chrono::milliseconds(50));
