@@ -2,8 +2,8 @@
 # The tests of a night: tests/run.sh with the slow ones (every cell of the real scenes, whole bakes,
 # all perturbations, ten times the rays at random worlds), the others once more under the
 # sanitizers, the fault table at its full counts, every combination of provers, a city of Durand's
-# size. Hours, not minutes. Arguments
-# go to ctest. Goes on where something fails; exits 0 only if nothing did.
+# size. Hours, not minutes. Arguments go to ctest. Goes on where something fails; exits 0 only if
+# nothing did.
 set -uo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit 1
 failed=()
@@ -18,14 +18,8 @@ sanitized() {
     ctest --test-dir "build/$preset" -j "$(nproc)" -LE '^(bench|slow)$' --output-on-failure "$@"
 }
 for preset in asan tsan; do stage sanitized "$preset" "$@"; done
-# What comes from outside, mutated: ten minutes a fuzzer.
-fuzzed() {
-  local targets=(fuzz_envelope fuzz_delta fuzz_store fuzz_scene fuzz_bundle)
-  cmake --preset fuzz && cmake --build build/fuzz -j "$(nproc)" --target "${targets[@]}" &&
-    PVSFARM_FULL=1 ctest --test-dir build/fuzz -j "$(nproc)" -L fuzz --output-on-failure
-}
-stage fuzzed
-# The fault table at its full counts, which makes docs/reliability.md.
+# The fault table at its full counts, with the fuzzers and the farm's speed, which makes
+# docs/reliability.md.
 fault_table() { bash docs/make_reliability.sh 2>&1 | tee build/release/reliability.log; }
 stage fault_table
 # Every combination of provers, on every scene: 10^8 rays at what they hide.

@@ -15,6 +15,7 @@
 #include "tests/bench/method_costs.hpp"
 #include "tests/bench/profile.hpp"
 #include "tests/bench/sampling.hpp"
+#include "tests/support/fault_figures.hpp"
 
 namespace pvsfarm::bench {
 namespace {
@@ -31,6 +32,7 @@ struct Options {
   std::vector<std::string> methods;
   std::string bin_folder, work_folder;
   int runs = 3;
+  bool must_hold = false;
 };
 
 Status print_culling(const Options& options) {
@@ -161,6 +163,32 @@ void keep_least(FarmRun& kept, const FarmRun& run) {
   kept.worker_cpu_ms = std::min(kept.worker_cpu_ms, run.worker_cpu_ms);
 }
 
+// What a farm must reach; for the page of docs/make_reliability.sh, and as the exit code.
+Status judge_farm(const Options& options, double times, double coordinator_ms) {
+  constexpr double kLeastTimes = 1.9, kMostCoordinatorMs = 0.2;
+  const auto rounded = [](double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.2f", value);
+    return std::string(text);
+  };
+  const std::string cells = std::to_string(options.cells) + " cells, the least of " +
+                            std::to_string(options.runs) + " runs each";
+  const bool fast = times >= kLeastTimes, light = coordinator_ms <= kMostCoordinatorMs;
+  record({.row = 29,
+          .what = "two workers, times as fast as one, the same bytes, " + cells,
+          .asked = "1.9",
+          .reached = rounded(times),
+          .held = fast});
+  record({.row = 29,
+          .what = "the coordinator's processor time a cell, two workers, " + cells,
+          .asked = "0.2 ms",
+          .reached = rounded(coordinator_ms) + " ms",
+          .held = light});
+  if (!options.must_hold || (fast && light)) return {};
+  return runtime_error("missed: " + rounded(times) + " times as fast, " + rounded(coordinator_ms) +
+                       " ms of the coordinator a cell");
+}
+
 // One and two workers in turn, `runs` times; of each figure the least, since disturbances only add.
 // What starting up and writing the store take is measured by baking kFewCells, and taken off.
 Status print_farm(const Options& options) {
@@ -202,7 +230,8 @@ Status print_farm(const Options& options) {
                 (best[1][w].coordinator_cpu_ms - best[0][w].coordinator_cpu_ms) / count,
                 best[1][w].store_hash.c_str());
   }
-  return {};
+  const double coordinator_ms = best[1][1].coordinator_cpu_ms - best[0][1].coordinator_cpu_ms;
+  return judge_farm(options, baking_ms(0) / baking_ms(1), coordinator_ms / count);
 }
 
 void add_scene_options(CLI::App& command, Options& options) {
@@ -268,6 +297,9 @@ int main(int argc, char** argv) {
   farm->add_option("--bin", options.bin_folder, "folder of the programs")->required();
   farm->add_option("--work", options.work_folder, "folder for files")->required();
   farm->add_option("--runs", options.runs, "of each; the fastest counts");
+  farm->add_flag("--must-hold", options.must_hold,
+                 "fail if two workers are less than 1.9 times as fast as one, or the coordinator "
+                 "takes more than 0.2 ms a cell");
   farm->callback([&] { run = print_farm; });
 
   CLI11_PARSE(app, argc, argv);

@@ -83,8 +83,8 @@ std::vector<Input> seeds() {
     for (const std::byte b : bytes) input.push_back(static_cast<std::uint8_t>(b));
     all.push_back(std::move(input));
   }
-  all.push_back(
-      input_of(static_cast<char>(kList) + "# a\nworker " + std::string(64, 'a') + " n\n"));
+  all.push_back(input_of(std::string(1, static_cast<char>(kList)) + "# a\nworker " +
+                         std::string(64, 'a') + " n\n"));
   return all;
 }
 
