@@ -153,7 +153,7 @@ double Board::stretch(BoardLease id, double cost_ms, Millis now) const {
   return std::max(1.0, static_cast<double>((now - since).count()) / cost_ms);
 }
 
-void Board::complete(const CellKey& key, double cost_ms, double stretch) {
+void Board::withdraw(const CellKey& key) {
   fresh_.erase(key);
   retries_.erase(key);
   if (const auto trouble = trouble_.find(key); trouble != trouble_.end()) {
@@ -175,6 +175,10 @@ void Board::complete(const CellKey& key, double cost_ms, double stretch) {
       if (lease->second.cells.empty() && !lease->second.expired) supersede(*id, lease->second);
     }
   }
+}
+
+void Board::complete(const CellKey& key, double cost_ms, double stretch) {
+  withdraw(key);
   cost_ms_ = cost_ms_ == 0 ? cost_ms : cost_ms_ + kMeanWeight * (cost_ms - cost_ms_);
   steps_.add(cost_ms * stretch);
   if (steps_.count() > kQuantilesEvery && steps_.count() % kQuantilesEvery != 0) return;
@@ -200,7 +204,9 @@ bool Board::troubled(const CellKey& key, WorkerId worker, bool alone, Failure fa
     elsewhere = trouble.blames.insert(worker).second;
     conduct_[worker].failed(key);
   }
-  if (trouble.attempts >= limits_.attempts || trouble.blames.size() >= limits_.failed_on) {
+  if (failure == Failure::kResource && alone) ++trouble.short_of_memory;
+  if (trouble.attempts >= limits_.attempts || trouble.blames.size() >= limits_.failed_on ||
+      trouble.short_of_memory >= limits_.short_of_memory) {
     for (const WorkerId id : trouble.blames) conduct_[id].forgive(key);
     for (auto& [id, machine] : machines_) machine.lost_at.erase(key);
     trouble_.erase(key);

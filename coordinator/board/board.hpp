@@ -47,6 +47,7 @@ struct BoardLimits {
   std::size_t leases_per_slot = 2;  // one running, one waiting at the worker
   unsigned attempts = 11;           // then a cell is given up: the first, and 10 retries
   std::size_t failed_on = 3;        // or so many workers that say it will fail again
+  unsigned short_of_memory = 5;     // or so many times alone, wherever that was
   Millis pause{250};                // before a second retry; doubled with each, up to
   Millis longest_pause{2'000};      // (four times as long where memory was short)
   Millis speculate_after{200};      // at least, before a lease is copied or moved
@@ -95,6 +96,8 @@ class Board {
   void release_expired(WorkerId worker, const std::set<BoardLease>& still);
   // How many times longer the lease took until now than its result says it cost; at least 1.
   double stretch(BoardLease lease, double cost_ms, Millis now) const;
+  // A cell need not be done any more.
+  void withdraw(const CellKey& key);
   // A cell is done, through this lease or any other or none.
   void complete(const CellKey& key, double cost_ms, double stretch = 1);
   void did_well(WorkerId worker);  // it completed something
@@ -160,7 +163,7 @@ class Board {
     std::set<CellKey> lost_at;
   };
   struct Trouble {
-    unsigned attempts = 0;
+    unsigned attempts = 0, short_of_memory = 0;
     Millis ready_at{};
     std::set<WorkerId> failed_on;  // and to be avoided
     std::set<WorkerId> blames;     // of those, whom it speaks against

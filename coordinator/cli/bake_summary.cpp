@@ -189,7 +189,7 @@ std::string bake_summary_text(const std::string& output, const BakeSummary& s, M
   out << '\n';
   if (s.disagreements > 0)
     out << "WORKERS DISAGREED on " << counted(s.disagreements, "cell", "cells")
-        << ": the first answer stands; their machines or programs differ\n";
+        << ": a third run decided, see the log; their machines or programs differ\n";
   if (s.contradictions > 0)
     out << "A WITNESS REFUTED A CERTIFICATE " << counted(s.contradictions, "time", "times")
         << ": this is a bug of pvsfarm, please report it with the scene\n";

@@ -71,10 +71,12 @@ std::string progress_text(const StatusReport& report) {
   text += (report.cells_open > 0 ? "about " : "") + counted(expected, "cell", "cells");
   if (report.cells_per_second > 0) text += ", " + speed_text(report.cells_per_second);
   if (report.cells_open > 0) text += ", " + time_left(report);
-  if (report.workers.empty() && report.cells_open > 0)
+  const auto workers =
+      std::ranges::count_if(report.workers, [](const auto& w) { return w.state != "blocked"; });
+  if (workers == 0 && report.cells_open > 0)
     text += ", no workers";
   else
-    text += ", " + counted(report.workers.size(), "worker", "workers");
+    text += ", " + counted(static_cast<std::uint64_t>(workers), "worker", "workers");
   if (report.cells_quarantined > 0) text += ", " + grouped(report.cells_quarantined) + " given up";
   if (report.state != "running" && !report.state.empty()) text = report.state + ", " + text;
   return text + ", " + bytes_text(report.result_bytes) + " of sets";

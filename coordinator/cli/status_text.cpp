@@ -44,8 +44,8 @@ std::string workers_text(const StatusReport& report) {
   std::vector<std::vector<std::string>> rows{
       {"worker", "state", "cells", "computes", "memory", "heard", "failures", "version"}};
   for (const StatusReport::Worker& w : report.workers)
-    rows.push_back({w.host + ':' + std::to_string(w.pid), w.state, grouped(w.cells_done),
-                    now_text(w), bytes_text(w.resident_bytes),
+    rows.push_back({w.host + ':' + (w.pid == 0 ? "*" : std::to_string(w.pid)), w.state,
+                    grouped(w.cells_done), now_text(w), bytes_text(w.resident_bytes),
                     duration_text(seconds(w.silent_ms)) + " ago", grouped(w.failures), w.build});
   return table(rows);
 }

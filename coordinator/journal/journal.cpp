@@ -47,6 +47,7 @@ struct PendingRow {
   KeyBytes key;
   Digest digest;
   ResultRow row;
+  bool replaces = false;  // a committed one
 };
 
 Status write_meta(Database& db, const Statement& set_meta, const std::string& name,
@@ -76,7 +77,8 @@ Result<std::vector<std::byte>> empty_journal(const std::string& path,
 
 struct Journal::State {
   Database db;
-  Statement begin_all, commit_all, roll_back, insert, find, select, set_meta, get_meta;
+  Statement begin_all, commit_all, roll_back, insert, replace, find, read, select, set_meta,
+      get_meta;
   std::vector<PendingRow> pending;
   std::string pending_kernel;
   std::uint64_t committed = 0;
@@ -88,10 +90,15 @@ struct Journal::State {
 
   ~State() { close(written && !failed); }
   void close(bool tidy) {
-    for (Statement* s :
-         {&begin_all, &commit_all, &roll_back, &insert, &find, &select, &set_meta, &get_meta})
+    for (Statement* s : {&begin_all, &commit_all, &roll_back, &insert, &replace, &find, &read,
+                         &select, &set_meta, &get_meta})
       s->finalize();
     db.close(tidy);
+  }
+
+  std::uint64_t added() const {
+    return static_cast<std::uint64_t>(
+        std::ranges::count_if(pending, [](const PendingRow& row) { return !row.replaces; }));
   }
 
   Result<std::string> meta(const std::string& name) {
@@ -106,6 +113,7 @@ struct Journal::State {
   Status prepare_all();
   Status check(const JournalBinding& binding);
   Status write(const PendingRow& waiting);
+  Result<ResultRow> row(const Statement& from) const;
   Status write_pending();
   Status settle();
   Status make_durable();
@@ -113,18 +121,21 @@ struct Journal::State {
 };
 
 Status Journal::State::prepare_all() {
-  const std::pair<Statement*, const char*> statements[] = {
+  const std::string kSelect =
+      "SELECT key,digest,hidden,seen,point_triangles,statistics,hints FROM results";
+  const std::pair<Statement*, std::string> statements[] = {
       {&begin_all, "BEGIN IMMEDIATE"},
       {&commit_all, "COMMIT"},
       {&roll_back, "ROLLBACK"},
       {&insert, "INSERT INTO results VALUES(?,?,?,?,?,?,?)"},
+      {&replace, "INSERT OR REPLACE INTO results VALUES(?,?,?,?,?,?,?)"},
       {&find, "SELECT digest FROM results WHERE key=?"},
-      {&select,
-       "SELECT key,digest,hidden,seen,point_triangles,statistics,hints FROM results ORDER BY key"},
+      {&read, kSelect + " WHERE key=?"},
+      {&select, kSelect + " ORDER BY key"},
       {&set_meta, kSetMeta},
       {&get_meta, "SELECT value FROM meta WHERE name=?"}};
   for (const auto& [statement, sql] : statements)
-    if (Status s = db.prepare(*statement, sql); !s) return s;
+    if (Status s = db.prepare(*statement, sql.c_str()); !s) return s;
   return {};
 }
 
@@ -211,6 +222,32 @@ Status Journal::append(const ResultRow& row) {
   return {};
 }
 
+Status Journal::replace(const ResultRow& row) {
+  PendingRow waiting{key_bytes(row.key), delta_digest(row), row, true};
+  const auto same = std::ranges::find(state_->pending, waiting.key, &PendingRow::key);
+  if (same == state_->pending.end()) {
+    state_->pending.push_back(std::move(waiting));
+  } else {
+    waiting.replaces = same->replaces;
+    *same = std::move(waiting);
+  }
+  return {};
+}
+
+Result<std::optional<ResultRow>> Journal::read(const CellKey& key) {
+  const KeyBytes bytes = key_bytes(key);
+  const auto same = std::ranges::find(state_->pending, bytes, &PendingRow::key);
+  if (same != state_->pending.end()) return std::optional(same->row);
+  Use use(state_->read);
+  use.bind(1, std::as_bytes(std::span(bytes)));
+  const int code = sqlite3_step(use.handle);
+  if (code == SQLITE_DONE) return std::optional<ResultRow>();
+  if (code != SQLITE_ROW) return Error{kDiskFailed, state_->db.error().text};
+  Result<ResultRow> row = state_->row(state_->read);
+  if (!row) return Error{kDiskFailed, row.error().text};
+  return std::optional(std::move(row).value());
+}
+
 Status Journal::set_kernel(const std::string& kernel) {
   state_->pending_kernel = kernel;
   return {};
@@ -219,14 +256,15 @@ Status Journal::set_kernel(const std::string& kernel) {
 std::size_t Journal::uncommitted() const {
   return state_->pending.size() + (state_->settled ? 0 : state_->committed);
 }
-std::uint64_t Journal::row_count() const { return state_->committed + state_->pending.size(); }
+std::uint64_t Journal::row_count() const { return state_->committed + state_->added(); }
 bool Journal::disk_full() const { return state_->full; }
 void Journal::checkpoint_every(int pages) {
   state_->checkpoint_every = state_->checkpoint_at = pages;
 }
 
 Status Journal::State::write(const PendingRow& waiting) {
-  Use use(insert);
+  const Statement& into = waiting.replaces ? replace : insert;
+  Use use(into);
   const std::vector<std::byte> statistics = encode(waiting.row.statistics);
   use.bind(1, std::as_bytes(std::span(waiting.key)));
   use.bind(2, std::as_bytes(std::span(waiting.digest.bytes)));
@@ -235,7 +273,7 @@ Status Journal::State::write(const PendingRow& waiting) {
   sqlite3_bind_int64(use.handle, 5, static_cast<sqlite3_int64>(waiting.row.point_triangles));
   use.bind(6, statistics);
   use.bind(7, waiting.row.hints);
-  return db.step(insert);
+  return db.step(into);
 }
 
 Status Journal::State::write_pending() {
@@ -266,7 +304,7 @@ Status Journal::State::make_durable() {
   // Neighbours together: fewer pages of the index are touched.
   std::ranges::sort(pending, {}, &PendingRow::key);
   if (Status s = write_pending(); !s) return s;
-  committed += pending.size();
+  committed += added();
   pending.clear();
   pending_kernel.clear();
   return {};
@@ -300,28 +338,35 @@ Result<std::string> Journal::kernel() const {
   return state_->meta("kernel");
 }
 
+// Of a statement that stands at a row of kSelect.
+Result<ResultRow> Journal::State::row(const Statement& from) const {
+  const auto blob = [&](int column) {
+    const auto* first = static_cast<const std::byte*>(sqlite3_column_blob(from.handle, column));
+    return std::span(first, static_cast<std::size_t>(sqlite3_column_bytes(from.handle, column)));
+  };
+  const auto copy = [&](int column) {
+    return std::vector<std::byte>(blob(column).begin(), blob(column).end());
+  };
+  const auto key = key_from(blob(0));
+  const auto points = static_cast<std::uint64_t>(sqlite3_column_int64(from.handle, 4));
+  ResultRow row{key.value_or(CellKey{}), copy(2), copy(3), points, {}, copy(6)};
+  const auto digest = blob(1);
+  if (!key || digest.size() != 32 ||
+      std::memcmp(delta_digest(row).bytes.data(), digest.data(), 32) != 0 ||
+      !decode_statistics(blob(5), row.statistics))
+    return db.damaged();
+  return row;
+}
+
 Status Journal::for_each(const std::function<Status(ResultRow)>& visit) const {
   Use use(state_->select);
   for (;;) {
     const int code = sqlite3_step(use.handle);
     if (code == SQLITE_DONE) return {};
     if (code != SQLITE_ROW) return state_->db.error();
-    const auto blob = [&](int column) {
-      const auto* first = static_cast<const std::byte*>(sqlite3_column_blob(use.handle, column));
-      return std::span(first, static_cast<std::size_t>(sqlite3_column_bytes(use.handle, column)));
-    };
-    const auto copy = [&](int column) {
-      return std::vector<std::byte>(blob(column).begin(), blob(column).end());
-    };
-    const auto key = key_from(blob(0));
-    const auto points = static_cast<std::uint64_t>(sqlite3_column_int64(use.handle, 4));
-    ResultRow row{key.value_or(CellKey{}), copy(2), copy(3), points, {}, copy(6)};
-    const auto digest = blob(1);
-    if (!key || digest.size() != 32 ||
-        std::memcmp(delta_digest(row).bytes.data(), digest.data(), 32) != 0 ||
-        !decode_statistics(blob(5), row.statistics))
-      return state_->db.damaged();
-    if (Status s = visit(std::move(row)); !s) return s;
+    Result<ResultRow> row = state_->row(state_->select);
+    if (!row) return row.error();
+    if (Status s = visit(std::move(row).value()); !s) return s;
   }
 }
 

@@ -36,7 +36,9 @@ class Journal : public ResultLog {
   ~Journal() override;
 
   Result<std::optional<Digest>> find(const CellKey& key) override;
+  Result<std::optional<ResultRow>> read(const CellKey& key) override;
   Status append(const ResultRow& row) override;
+  Status replace(const ResultRow& row) override;
   std::size_t uncommitted() const override;
   Status commit() override;
   bool disk_full() const override;

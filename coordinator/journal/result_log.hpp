@@ -36,8 +36,12 @@ class ResultLog {
   virtual ~ResultLog() = default;
   // The digest of the cell's row, committed or not.
   virtual Result<std::optional<Digest>> find(const CellKey& key) = 0;
+  // The cell's row, committed or not.
+  virtual Result<std::optional<ResultRow>> read(const CellKey& key) = 0;
   // Requires: no row of the cell yet. Durable only after commit().
   virtual Status append(const ResultRow& row) = 0;
+  // The same where there is one, which is forgotten.
+  virtual Status replace(const ResultRow& row) = 0;
   // Rows that a crash of the machine may still take, those that an earlier process wrote included.
   virtual std::size_t uncommitted() const = 0;
   // The kernel that all rows come from. Durable with the first of them.

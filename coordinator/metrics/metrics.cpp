@@ -142,8 +142,8 @@ void put_exchange(Writer& out, const FarmCounters& c) {
 }
 
 void put_workers(Writer& out, const StatusReport& r) {
-  constexpr std::array<const char*, 5> kStates{"computing", "idle", "preparing", "draining",
-                                               "suspect"};
+  constexpr std::array<const char*, 6> kStates{"computing", "idle",    "preparing",
+                                               "draining",  "suspect", "blocked"};
   std::array<std::uint64_t, kStates.size()> counts{};
   std::uint64_t resident_bytes = 0, silent_ms = 0;
   for (const StatusReport::Worker& worker : r.workers) {

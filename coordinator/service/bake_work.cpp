@@ -8,6 +8,7 @@ BakeWork::BakeWork(Tree& tree, ResultLog& log, Estimate estimate)
     : tree_(tree),
       log_(log),
       merger_(tree, log),
+      disputes_(tree, log),
       estimate_(std::move(estimate)),
       opened_(tree.open_cells()) {}
 
@@ -18,7 +19,14 @@ Result<Message> BakeWork::task(const BoardTask& task, SetShelf& shelf) {
   std::map<const Bytes*, std::uint32_t> known;
   std::size_t inline_bytes = 0;
   for (const CellKey& key : task.cells) {
-    const SharedSet set = tree_.parent_set(key);
+    SharedSet set;
+    if (disputes_.holds(key)) {
+      Result<SharedSet> once_more = disputes_.parent_set(key);
+      if (!once_more) return once_more.error();
+      set = std::move(once_more).value();
+    } else {
+      set = tree_.parent_set(key);
+    }
     const auto [at, fresh] =
         known.emplace(set.get(), static_cast<std::uint32_t>(message.parents.size()));
     if (fresh) message.parents.push_back(shelf.place(set, inline_bytes));
@@ -45,7 +53,7 @@ Status BakeWork::accept(const WorkResult& result, WorkAnswer& answer) {
     const auto hints = rest.subspan(head.hidden_bytes + head.seen_bytes, head.hint_bytes);
     row.hints.assign(hints.begin(), hints.end());
     offset += head.set_bytes();
-    if (Status status = merge(row, result.worker, answer); !status) return status;
+    if (Status status = merge(row, result, answer); !status) return status;
   }
   return {};
 }
@@ -61,12 +69,14 @@ void BakeWork::note_contradictions(const ResultRow& row, const std::string& work
                             "; they stay visible, but this is a bug of pvsfarm: please report it");
 }
 
-Status BakeWork::merge(const ResultRow& row, const std::string& worker, WorkAnswer& answer) {
+Status BakeWork::merge(const ResultRow& row, const WorkResult& from, WorkAnswer& answer) {
+  if (disputes_.holds(row.key)) return disputes_.hear(row, from, answer);
   const Result<MergeAnswer> merged = merger_.apply(row);
   if (!merged) return merged.error();
   switch (merged->outcome) {
     case MergeOutcome::kMerged:
-      note_contradictions(row, worker, answer);
+      note_contradictions(row, from.worker, answer);
+      disputes_.merged(row.key, from);
       answer.done.push_back({row.key, row.statistics.cpu_ms, merged->split});
       estimate_.done({row.key.depth(), row.statistics.cpu_ms, merged->split, true});
       result_bytes_ += row.hidden.size() + row.seen.size() + row.hints.size();
@@ -77,21 +87,22 @@ Status BakeWork::merge(const ResultRow& row, const std::string& worker, WorkAnsw
       if (answer.outcome == ResultOutcome::kDuplicate) answer.outcome = ResultOutcome::kMerged;
       break;
     case MergeOutcome::kDuplicate:
+      disputes_.merged(row.key, from);
       break;
     case MergeOutcome::kStale:
       if (answer.outcome != ResultOutcome::kMismatch) answer.outcome = ResultOutcome::kStale;
       break;
     case MergeOutcome::kMismatch:
-      ++disagreements_;
-      answer.outcome = ResultOutcome::kMismatch;
-      answer.warnings.push_back("two workers disagree on " + name_of(row.key) +
-                                "; the first result stays");
-      break;
+      return disputes_.hear(row, from, answer);
   }
   return {};
 }
 
 std::string BakeWork::give_up(const CellKey& key) {
+  if (disputes_.holds(key)) {
+    disputes_.give_up(key);
+    return "no third run of it; what either of two answers shows is kept";
+  }
   tree_.give_up(key);
   estimate_.given_up(key.depth());
   given_up_.push_back(key);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "coordinator/merger/merger.hpp"
+#include "coordinator/service/disputes.hpp"
 #include "coordinator/service/work.hpp"
 
 namespace pvsfarm {
@@ -27,22 +28,24 @@ class BakeWork : public Work {
   void keeps_nothing() { keeps_ = false; }  // its log goes with it
 
   // Cells of which a second result had other bytes than the first.
-  std::uint64_t disagreements() const { return disagreements_; }
+  std::uint64_t disagreements() const { return disputes_.figures().disputes; }
+  const Disputes& disputes() const { return disputes_; }
   // Objects that a witness showed although a certificate hid them, of the results since the start.
   std::uint64_t contradictions() const { return contradictions_; }
   const std::vector<CellKey>& given_up() const { return given_up_; }
 
  private:
   void note_contradictions(const ResultRow& row, const std::string& worker, WorkAnswer& answer);
-  Status merge(const ResultRow& row, const std::string& worker, WorkAnswer& answer);
+  Status merge(const ResultRow& row, const WorkResult& from, WorkAnswer& answer);
 
   Tree& tree_;
   ResultLog& log_;
   Merger merger_;
+  Disputes disputes_;
   Estimate estimate_;
   std::vector<CellKey> opened_, given_up_;
   std::uint64_t result_bytes_ = 0;
-  std::uint64_t disagreements_ = 0, contradictions_ = 0;
+  std::uint64_t contradictions_ = 0;
   bool keeps_ = true;
 };
 

@@ -10,6 +10,9 @@ namespace {
 
 constexpr std::size_t kMaxIdentities = 64 * 1024;  // then those that left are forgotten
 
+// No other coordinator uses these numbers: results of its predecessor may still arrive.
+std::uint64_t first_lease(std::uint64_t epoch) { return (epoch & 0xffffffff) << 32 | 1; }
+
 }  // namespace
 
 static_assert(BoardLimits{}.task_cells <= kMaxTaskCells);
@@ -17,7 +20,8 @@ static_assert(BoardLimits{}.task_cells <= kMaxTaskCells);
 Desk::Desk(DeskSettings settings, Work& work, Millis now)
     : settings_(std::move(settings)),
       work_(work),
-      board_(settings_.limits.board, (settings_.epoch & 0xffffffff) << 32 | 1),
+      board_(settings_.limits.board, first_lease(settings_.epoch)),
+      owners_(first_lease(settings_.epoch)),
       start_(now),
       ticked_(now),
       credit_(settings_.limits.incoming_bytes) {
@@ -153,11 +157,11 @@ std::string Desk::refusal(const Hello& hello, RejectCode& code) const {
 std::string Desk::block_of(const Hello& hello) const {
   if (const auto worker = identities_.find(hello.worker); worker != identities_.end())
     if (const auto block = blocked_workers_.find(worker->second); block != blocked_workers_.end())
-      return block->second;
+      return block->second.why;
   if (const auto machine = machines_.find(hello.host); machine != machines_.end())
     if (const auto block = blocked_machines_.find(machine->second);
         block != blocked_machines_.end())
-      return block->second;
+      return block->second.why;
   return "";
 }
 
@@ -216,9 +220,11 @@ Status Desk::dispatch(const std::string& peer, Session& session, const Message& 
   if (const auto* beat = std::get_if<Heartbeat>(&message)) {
     return on_heartbeat(peer, session, *beat, now);
   } else if (const auto* begin = std::get_if<ResultBegin>(&message)) {
-    on_begin(session, begin->lease, begin->bytes, *begin, now);
+    if (!foreign(peer, session, begin->lease, now))
+      on_begin(session, begin->lease, begin->bytes, *begin, now);
   } else if (const auto* finding = std::get_if<FindingBegin>(&message)) {
-    on_begin(session, finding->lease, finding->bytes, *finding, now);
+    if (!foreign(peer, session, finding->lease, now))
+      on_begin(session, finding->lease, finding->bytes, *finding, now);
   } else if (const auto* chunk = std::get_if<ResultChunk>(&message)) {
     on_chunk(peer, session, *chunk, now);
   } else if (const auto* end = std::get_if<ResultEnd>(&message)) {

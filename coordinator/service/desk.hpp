@@ -21,6 +21,7 @@
 #include "coordinator/board/board.hpp"
 #include "coordinator/service/credit_pool.hpp"
 #include "coordinator/service/events.hpp"
+#include "coordinator/service/lease_owners.hpp"
 #include "coordinator/service/work.hpp"
 
 namespace pvsfarm {
@@ -132,6 +133,10 @@ class Desk {
     std::size_t blob_chunks = 0;  // on their way to it, as far as one can know
     Millis blob_asked{};
   };
+  struct Block {
+    std::string why;
+    StatusReport::Worker was;  // what is still told of it; of a machine: only its host
+  };
   struct BlobAsked {
     std::string peer;
     BlobGet get;
@@ -155,6 +160,7 @@ class Desk {
   WorkerId identity_of(const Hello& hello);
   Status dispatch(const std::string& peer, Session& session, const Message& message, Millis now);
   Status on_heartbeat(const std::string& peer, Session& session, const Heartbeat& beat, Millis now);
+  bool foreign(const std::string& peer, const Session& session, LeaseId lease, Millis now);
   void on_begin(Session& session, LeaseId lease, std::uint64_t bytes,
                 std::variant<ResultBegin, FindingBegin> head, Millis now);
   void on_chunk(const std::string& peer, Session& session, const ResultChunk& chunk, Millis now);
@@ -181,6 +187,7 @@ class Desk {
   Status feed_hungry(Millis now);
   void cancel_superseded();
   void turn_out_blocked();
+  void turn_out(const Board::Blocked& whom, const std::string& text);
   void open_more();
   void cut_off(Millis now);
   Status commit_if_due(Millis now);
@@ -190,6 +197,8 @@ class Desk {
   DeskSettings settings_;
   Work& work_;
   Board board_;
+  LeaseOwners owners_;
+  std::vector<WorkAnswer::Wrong> wrong_;  // to be turned out
   SetShelf shelf_;
   Digest kernel_id_;  // valid once a kernel is pinned
   std::unordered_map<std::string, Session> sessions_;
@@ -211,8 +220,8 @@ class Desk {
   std::size_t blob_chunks_ = 0;  // on their way out
   std::map<WorkerUuid, WorkerId> identities_;
   std::map<std::string, MachineId> machines_;  // by the host's name
-  std::map<WorkerId, std::string> blocked_workers_;
-  std::map<MachineId, std::string> blocked_machines_;
+  std::map<WorkerId, Block> blocked_workers_;
+  std::map<MachineId, Block> blocked_machines_;
   std::uint64_t last_worker_ = 0, last_token_ = 0;
   FarmCounters counters_;
   std::array<std::uint64_t, kCellSecondsBounds.size() + 1> cell_seconds_{};

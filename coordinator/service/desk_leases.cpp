@@ -54,6 +54,7 @@ Status Desk::hand_out(const std::string& peer, Session& session, Millis now) {
     return work_.together(first, next);
   };
   while (const std::optional<BoardTask> task = board_.lease(session.worker, now, together)) {
+    owners_.given(task->lease, session.worker);
     Result<Message> message = work_.task(*task, shelf_);
     if (!message) return message.error();
     reply(peer, std::move(message).value());
@@ -101,24 +102,40 @@ void Desk::cancel_superseded() {
 void Desk::turn_out_blocked() {
   for (const Board::Blocked& blocked : board_.take_blocked()) {
     const std::string cells = std::to_string(blocked.cells) + " cells";
-    const std::string text = blocked.worker
-                                 ? "blocked: " + cells + " failed on this worker, see its log"
-                                 : "blocked: workers of this machine crashed at " + cells +
-                                       ", one after the other, and completed none in between";
-    std::vector<std::string> out;
-    for (const auto& [peer, session] : sessions_)
-      if (blocked.worker ? session.worker == *blocked.worker : session.machine == blocked.machine)
-        out.push_back(peer);
-    if (blocked.worker)
-      blocked_workers_[*blocked.worker] = text;
-    else
-      blocked_machines_[blocked.machine] = text;
-    for (const std::string& peer : out) {
-      const Hello hello = sessions_.at(peer).hello;
-      warn("worker_blocked", worker_name(hello) + " " + text, &sessions_.at(peer));
-      reject(peer, blocked_code(hello), text);
-      drop(peer, Board::Parting::kGraceful, ticked_);
-    }
+    turn_out(blocked, blocked.worker ? "blocked: " + cells + " failed on this worker, see its log"
+                                     : "blocked: workers of this machine crashed at " + cells +
+                                           ", one after the other, and completed none in between");
+  }
+  for (const WorkAnswer::Wrong& wrong : std::exchange(wrong_, {}))
+    turn_out({.worker = wrong.worker},
+             "blocked: its result of " + work_.name_of(wrong.key) +
+                 " is not what two others computed; audit what else it computed");
+}
+
+void Desk::turn_out(const Board::Blocked& whom, const std::string& text) {
+  Block block{text, {.state = "blocked"}};
+  for (const auto& [host, machine] : machines_)
+    if (machine == whom.machine && !whom.worker) block.was.host = host;
+  std::vector<std::string> out;
+  for (const auto& [peer, session] : sessions_) {
+    if (whom.worker ? session.worker != *whom.worker : session.machine != whom.machine) continue;
+    out.push_back(peer);
+    if (!whom.worker) continue;
+    block.was.host = session.hello.host;
+    block.was.pid = session.hello.pid;
+    block.was.build = session.hello.build;
+    block.was.cells_done = session.cells_done;
+    block.was.failures = session.failures;
+  }
+  if (whom.worker)
+    blocked_workers_.try_emplace(*whom.worker, std::move(block));
+  else
+    blocked_machines_.try_emplace(whom.machine, std::move(block));
+  for (const std::string& peer : out) {
+    const Hello hello = sessions_.at(peer).hello;
+    warn("worker_blocked", worker_name(hello) + " " + text, &sessions_.at(peer));
+    reject(peer, blocked_code(hello), text);
+    drop(peer, Board::Parting::kGraceful, ticked_);
   }
 }
 

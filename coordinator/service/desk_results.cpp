@@ -14,6 +14,21 @@ void Desk::forget_incoming(Session& session) {
   session.incoming.reset();
 }
 
+// A lease is one worker's. Late results count, whatever became of their leases, and so do those
+// under leases of a coordinator before this one, which alone knew whose they were.
+bool Desk::foreign(const std::string& peer, const Session& session, LeaseId lease, Millis now) {
+  const BoardLease id = board_id(lease);
+  const std::optional<WorkerId> holder = board_.holder(id);
+  if (owners_.claim(id, session.worker) != LeaseOwners::Claim::kAnothers &&
+      (!holder || *holder == session.worker))
+    return false;
+  const std::string text = "a result under a lease that is not this worker's";
+  warn("foreign_result", worker_name(session.hello) + " dropped: " + text, &session, id);
+  reject(peer, RejectCode::kForbidden, text);
+  drop(peer, Board::Parting::kLost, now);
+  return true;
+}
+
 void Desk::on_begin(Session& session, LeaseId lease, std::uint64_t bytes,
                     std::variant<ResultBegin, FindingBegin> head, Millis now) {
   forget_incoming(session);
@@ -77,7 +92,12 @@ Status Desk::on_end(const std::string& peer, Session& session, const ResultEnd& 
   }
   WorkResult result = std::move(incoming->result);
   result.worker = worker_name(session.hello);
+  result.id = session.worker;
   forget_incoming(session);
+  if (owners_.claim(board_id(end.lease), session.worker) == LeaseOwners::Claim::kForgotten) {
+    reply(peer, ResultAck{end.lease, ResultOutcome::kStale});
+    return {};
+  }
   if (!work_.disk_full() && held_.empty()) return take(peer, session.worker, result, now);
   const auto known = [&](const Held& held) {
     return held.result.lease == end.lease && held.worker == session.worker;
@@ -113,7 +133,10 @@ Status Desk::take(const std::string& peer, WorkerId worker, const WorkResult& re
   for (const WorkAnswer::Done& done : answer.done) cost_ms += done.cost_ms;
   const double stretch = held ? board_.stretch(lease, cost_ms, now) : 1;
   for (const WorkAnswer::Done& done : answer.done) board_.complete(done.key, done.cost_ms, stretch);
-  for (const CellKey& key : answer.again) board_.add_again(key, worker);
+  for (const WorkAnswer::Again& again : answer.again)
+    for (const WorkerId avoid : again.avoid) board_.add_again(again.key, avoid);
+  for (const CellKey& key : answer.checked) board_.withdraw(key);
+  wrong_.insert(wrong_.end(), answer.wrong.begin(), answer.wrong.end());
   count_done(answer);
   open_more();
   const auto session = sessions_.find(peer);

@@ -139,6 +139,9 @@ StatusReport Desk::status(Millis now) {
   for (const CellKey& key : progress.given_up) report.quarantined.push_back(work_.name_of(key));
   for (const auto& [worker, peer] : peers_)
     report.workers.push_back(worker_status(sessions_.at(peer), now));
+  for (const auto& [worker, block] : blocked_workers_)
+    if (!block.was.host.empty()) report.workers.push_back(block.was);
+  for (const auto& [machine, block] : blocked_machines_) report.workers.push_back(block.was);
   return report;
 }
 

@@ -21,6 +21,7 @@ inline BoardLease board_id(LeaseId id) { return BoardLease{static_cast<std::uint
 // All of a result: its chunks put together, their digest checked.
 struct WorkResult {
   std::string worker;  // its name, for warnings
+  WorkerId id{};
   LeaseId lease{};
   std::variant<ResultBegin, FindingBegin> head;
   Bytes data;
@@ -32,9 +33,19 @@ struct WorkAnswer {
     double cost_ms = 0;
     bool split = false;  // its two halves are open now
   };
+  struct Again {
+    CellKey key;
+    std::vector<WorkerId> avoid;  // if there are others
+  };
+  struct Wrong {
+    WorkerId worker{};
+    CellKey key;
+  };
   ResultOutcome outcome = ResultOutcome::kDuplicate;
-  std::vector<Done> done;      // for the first time
-  std::vector<CellKey> again;  // to be done once more, by another worker
+  std::vector<Done> done;        // for the first time
+  std::vector<Again> again;      // to be done once more
+  std::vector<CellKey> checked;  // of those: not any longer
+  std::vector<Wrong> wrong;      // whose results two others contradict
   std::vector<std::string> warnings;
 };
 

@@ -12,8 +12,7 @@ constexpr std::size_t kSceneBytes = 10 * kChunkBytes + 77;  // more than may be 
 VisibleSet hidden_from(const CellKey& key, const VisibleSet& parent) {
   VisibleSet hidden = parent;
   parent.for_each([&](ObjectId id) {
-    Random hash(key.root * 1'000'003ull + key.path * 7919 + index_of(id));
-    if (hash.below(3) != 0) hidden.remove(id);
+    if (!SimulatedWorld::hides(key, id)) hidden.remove(id);
   });
   return hidden;
 }
@@ -37,9 +36,30 @@ std::uint64_t point_triangles_of(const CellKey& key, const VisibleSet& parent,
                                                             : triangles / 3;
 }
 
+// The first that is left, though it must not be hidden.
+void hide_one_more(const VisibleSet& parent, CellDelta& delta) {
+  VisibleSet left = parent;
+  left.remove_all(delta.hidden);
+  bool done = false;
+  VisibleSet kept = parent;
+  left.for_each([&](ObjectId id) {
+    if (std::exchange(done, true)) return;
+    kept.remove(id);
+    delta.seen.remove(id);
+  });
+  // Sets can only shrink: what is hidden is what is not kept.
+  kept.remove_all(delta.hidden);
+  delta.hidden = parent;
+  delta.hidden.remove_all(kept);
+}
+
 const Task& task_of(const SimulatedWorker& worker) { return std::get<Task>(worker.job->work); }
 
 }  // namespace
+
+bool SimulatedWorld::hides(const CellKey& key, ObjectId id) {
+  return Random(key.root * 1'000'003ull + key.path * 7919 + index_of(id)).below(3) == 0;
+}
 
 Tree SimulatedWorld::tree() const {
   std::vector<Cell> cells;
@@ -75,17 +95,27 @@ ResultRow row_of(const CellDelta& delta) {
 }
 
 Result<std::optional<Digest>> ForgetfulLog::find(const CellKey& key) {
-  for (const auto* rows : {&committed, &waiting})
-    if (const auto at = rows->find(key); at != rows->end())
-      return std::optional(delta_digest(at->second));
-  return std::optional<Digest>();
+  const auto row = read(key).value();
+  return row ? std::optional(delta_digest(*row)) : std::nullopt;
+}
+
+Result<std::optional<ResultRow>> ForgetfulLog::read(const CellKey& key) {
+  for (const auto* rows : {&waiting, &committed})
+    if (const auto at = rows->find(key); at != rows->end()) return std::optional(at->second);
+  return std::optional<ResultRow>();
+}
+
+Status ForgetfulLog::replace(const ResultRow& row) {
+  EXPECT_TRUE(committed.count(row.key) + waiting.count(row.key) > 0) << "nothing to replace";
+  waiting[row.key] = row;
+  return {};
 }
 
 Status ForgetfulLog::append(const ResultRow& row) {
   EXPECT_EQ(committed.count(row.key) + waiting.count(row.key), 0u) << "merged twice";
   // A child's row must never be durable before its parent's.
   if (!row.key.is_root()) {
-    EXPECT_EQ(committed.count(row.key.parent()) + waiting.count(row.key.parent()), 1u);
+    EXPECT_TRUE(committed.count(row.key.parent()) + waiting.count(row.key.parent()) > 0);
   }
   waiting[row.key] = row;
   return {};
@@ -105,6 +135,7 @@ FarmSimulation::FarmSimulation(std::uint64_t seed, const SimulationSetup& setup)
   workers_.resize(setup_.workers);
   for (Worker& worker : workers_) start_worker(worker);
   workers_[0].slow = setup_.faults.slow_worker > 1;
+  workers_[0].lies = setup_.faults.first_lies;
 }
 
 bool FarmSimulation::run() {
@@ -114,8 +145,10 @@ bool FarmSimulation::run() {
     deliver();
     for (Worker& worker : workers_) step(worker);
     EXPECT_TRUE(desk_->tick(now_).ok());
+    if (setup_.faults.operated) operate();
     send_from_desk();
     if (desk_->done()) return true;
+    drain_if_asked();
     if (now_ < next_fault) continue;
     next_fault = now_ + 1s;
     inject_faults();
@@ -125,6 +158,7 @@ bool FarmSimulation::run() {
 
 Millis FarmSimulation::next_event(Millis next) const {
   next = std::min({next, network_.next_arrival(), desk_->next_wake(now_)});
+  if (setup_.faults.operated) next = std::min(next, operates_at_);
   for (const Worker& worker : workers_) {
     next = std::min(next, worker.messenger->next_wake());
     if (worker.job && !worker.hangs) next = std::min(next, worker.job_ends);
@@ -146,12 +180,12 @@ void FarmSimulation::start_coordinator() {
 }
 
 void FarmSimulation::start_worker(Worker& worker) {
-  const bool slow = worker.slow;
+  const bool slow = worker.slow, lies = worker.lies;
   const std::uint64_t connection = ++connections_;
-  static_cast<SimulatedWorker&>(worker) =
-      new_worker(connection, random_, now_,
-                 connection % 2 == 0 ? setup_.worker_minor : kProtocolMinorHighest);
+  static_cast<SimulatedWorker&>(worker) = new_worker(
+      connection, random_, now_, connection % 2 == 0 ? setup_.worker_minor : kProtocolMinorHighest);
   worker.slow = slow;
+  worker.lies = lies;
   worker.scene.clear();
 }
 
@@ -172,8 +206,10 @@ void FarmSimulation::deliver() {
       send_from_desk();
       continue;
     }
+    if (packet->peer == kOperator) hear_as_operator(message.message);
     for (Worker& worker : workers_)
       if (worker.peer == packet->peer) {
+        worker.envelope = message.envelope;
         check_ack(message.message);
         worker.messenger->receive(message, now_);
         get_scene(worker);
@@ -185,7 +221,7 @@ void FarmSimulation::deliver() {
 void FarmSimulation::check_ack(const Message& message) {
   const auto* ack = std::get_if<ResultAck>(&message);
   if (ack == nullptr || ack->outcome == ResultOutcome::kResend) return;
-  if (!unsteady_cell) {
+  if (!setup_.faults.first_lies) {
     EXPECT_NE(ack->outcome, ResultOutcome::kMismatch);
   }
   // A coordinator that died before the commit of a parent took its children along: they are made
@@ -259,6 +295,13 @@ void FarmSimulation::step(Worker& worker) {
                   now_);
   if (!messenger.leaving()) return;
   // Whoever looks after it starts another.
+  if (worker.lies && messenger.leaving()->exit_code == kExitDoNotRetry) {
+    EXPECT_NE(messenger.leaving()->text.find("is not what two others computed"), std::string::npos)
+        << messenger.leaving()->text;
+    liar_turned_out_ = true;
+    worker.lies = false;
+    return start_worker(worker);
+  }
   EXPECT_NE(messenger.leaving()->exit_code, kExitDoNotRetry) << messenger.leaving()->text;
   if (messenger.leaving()->exit_code == kExitRetry) {
     EXPECT_TRUE(worker.hangs) << messenger.leaving()->text;
@@ -280,11 +323,12 @@ void FarmSimulation::finish(Worker& worker) {
     const std::uint32_t objects = setup_.world.objects;
     const VisibleSet parent =
         from.all ? VisibleSet::all(objects) : decode_visible_set(from.set, objects).value();
-    ResultRow row = row_of(setup_.world.evaluate(cell.key, parent));
+    CellDelta delta = setup_.world.evaluate(cell.key, parent);
+    if (worker.lies) hide_one_more(parent, delta);
+    ResultRow row = row_of(delta);
     const Millis began = i == 0 ? Millis(0) : worker.cell_ends[i - 1];
     if (i > 0) row.statistics.cpu_ms = static_cast<double>((worker.cell_ends[i] - began).count());
     if (cell.key == refuted_cell) row.statistics.contradictions = 2;
-    if (cell.key == unsteady_cell && log_.committed.count(cell.key) == 0) row.point_triangles += 1;
     result.deltas.push_back(
         {cell.key, row.hidden.size(), row.seen.size(), row.point_triangles, row.statistics});
     for (const Bytes& set : {row.hidden, row.seen})
@@ -304,6 +348,7 @@ void FarmSimulation::finish(Worker& worker) {
 void FarmSimulation::inject_faults() {
   const SimulatedFaults& faults = setup_.faults;
   if (happens(faults.coordinator_dies)) {
+    restart_at_.reset();
     log_.waiting.clear();
     start_coordinator();
     for (Worker& worker : workers_) worker.peer = std::to_string(++connections_);

@@ -1,6 +1,7 @@
 // A whole bake under virtual time: the real desk, board, tree and merger, the real messengers and
 // codec, a journal that forgets what it did not commit, and a network that loses, repeats, delays
-// and reorders. Workers die, hang and crawl, connections break, the coordinator crashes.
+// and reorders. Workers die, hang and crawl, connections break, the coordinator crashes. An
+// operator looks how it goes, pauses, goes on, drains and starts the same command again.
 #pragma once
 
 #include <map>
@@ -22,6 +23,8 @@ struct SimulatedWorld {
 
   Tree tree() const;
   CellDelta evaluate(const CellKey& key, const VisibleSet& parent) const;
+  // Whether it may be hidden from that cell, whatever it starts from.
+  static bool hides(const CellKey& key, ObjectId id);
   // The digests of all deltas, by one who does everything in order.
   std::map<CellKey, Digest> golden() const;
 };
@@ -32,10 +35,12 @@ struct ForgetfulLog : ResultLog {
   std::map<CellKey, ResultRow> committed, waiting;
 
   Result<std::optional<Digest>> find(const CellKey& key) override;
+  Result<std::optional<ResultRow>> read(const CellKey& key) override;
   Status append(const ResultRow& row) override;
+  Status replace(const ResultRow& row) override;
   std::size_t uncommitted() const override { return waiting.size(); }
   Status commit() override {
-    committed.merge(waiting);
+    for (auto& [key, row] : waiting) committed[key] = std::move(row);
     waiting.clear();
     return {};
   }
@@ -49,7 +54,9 @@ struct SimulatedFaults {
          worker_drains = 0;
   double task_fails = 0;       // of tasks, for no lasting reason
   double slow_worker = 1;      // how many times slower the first one is
+  bool first_lies = false;     // it hides an object too many in every cell, until it is turned out
   bool scene_fetched = false;  // by BLOB_GET, else it is at hand
+  bool operated = false;
 };
 
 struct SimulationSetup {
@@ -69,8 +76,6 @@ class FarmSimulation {
 
   // Its evaluation says that a witness refutes two certificates.
   std::optional<CellKey> refuted_cell;
-  // Evaluated by whoever comes second, it has another result.
-  std::optional<CellKey> unsteady_cell;
 
   std::vector<std::string> warnings() { return desk_->take_warnings(); }
   const ForgetfulLog& log() const { return log_; }
@@ -78,14 +83,23 @@ class FarmSimulation {
   const Desk& desk() const { return *desk_; }
   Millis now() const { return now_; }
   std::uint64_t cells_evaluated() const { return cells_evaluated_; }
+  bool liar_turned_out() const { return liar_turned_out_; }
+  // What the operator was told, and did.
+  struct Operated {
+    std::uint64_t reports = 0, pauses = 0, drains = 0, acks = 0;
+  };
+  const Operated& operated() const { return operated_; }
 
  private:
   struct Worker : SimulatedWorker {
     std::vector<Millis> cell_ends;  // of the job
     std::size_t cells = 0;          // that it will bring
-    bool slow = false;
+    bool slow = false, lies = false;
+    Envelope envelope;  // of the last message to it
     Bytes scene;
   };
+
+  static constexpr const char* kOperator = "operator";  // its connection
 
   Millis next_event(Millis next) const;
   bool happens(double probability) { return random_.unit() < probability; }
@@ -100,6 +114,10 @@ class FarmSimulation {
   void step(Worker& worker);
   void finish(Worker& worker);
   void inject_faults();
+  void operate();
+  void say_as_operator(const Message& message);
+  void hear_as_operator(const Message& message);
+  void drain_if_asked();
 
   Random random_;
   SimulationSetup setup_;
@@ -114,6 +132,10 @@ class FarmSimulation {
   std::vector<Worker> workers_;
   std::map<LeaseId, std::vector<CellKey>> cells_of_;
   std::uint64_t connections_ = 0, epoch_ = 0, cells_evaluated_ = 0;
+  bool liar_turned_out_ = false, wants_pause_ = false;
+  Operated operated_;
+  Millis operates_at_{0};
+  std::optional<Millis> restart_at_;
 };
 
 }  // namespace pvsfarm

@@ -10,32 +10,37 @@ namespace pvsfarm {
 
 using namespace std::chrono_literals;
 
-std::vector<MessageFault> message_faults() {
+namespace {
+
+void add_faults(std::vector<MessageFault>& faults, const Message& message, bool large = false) {
   using Kind = MessageFault::Kind;
+  for (const auto& [kind, name] :
+       {std::pair(Kind::kLost, " lost"), std::pair(Kind::kRepeated, " repeated"),
+        std::pair(Kind::kDelayed, " delayed")})
+    faults.push_back({type_name(message) + name, message.index(), kind, large});
+}
+
+}  // namespace
+
+std::vector<MessageFault> message_faults() {
   std::vector<MessageFault> faults;
-  const auto add = [&](const Message& message, bool large = false) {
-    for (const auto& [kind, name] :
-         {std::pair(Kind::kLost, " lost"), std::pair(Kind::kRepeated, " repeated"),
-          std::pair(Kind::kDelayed, " delayed")})
-      faults.push_back({type_name(message) + name, message.index(), kind, large});
-  };
-  add(Hello{});
-  add(Welcome{});
-  add(Reject{});
-  add(Task{});
-  add(Heartbeat{});
-  add(HeartbeatAck{});
-  add(ResultBegin{});
-  add(ResultChunk{});
-  add(ResultEnd{});
-  add(ResultAck{});
-  add(TaskFailed{});
-  add(BlobGet{});
-  add(BlobChunk{});
-  add(Cancel{});
-  add(Draining{});
-  add(Bye{});
-  add(ChunkCredit{}, true);
+  for (const Message& message : std::vector<Message>{
+           Hello{},       Welcome{},      Reject{},    Task{},      Heartbeat{},  HeartbeatAck{},
+           ResultBegin{}, ResultChunk{},  ResultEnd{}, ResultAck{}, TaskFailed{}, BlobGet{},
+           BlobChunk{},   Cancel{},       Draining{},  Bye{},       Drain{},      Shutdown{},
+           StatusGet{},   StatusReport{}, Control{},   ControlAck{}})
+    add_faults(faults, message);
+  add_faults(faults, ChunkCredit{}, true);
+  return faults;
+}
+
+std::vector<MessageFault> inquiry_faults() {
+  std::vector<MessageFault> faults;
+  for (const Message& message :
+       std::vector<Message>{Inquiry{}, Task{}, FindingBegin{}, ResultBegin{}, ResultChunk{},
+                            ResultEnd{}, ResultAck{}, Heartbeat{}, HeartbeatAck{}, BlobGet{},
+                            BlobChunk{}, Cancel{}, ChunkCredit{}})
+    add_faults(faults, message);
   return faults;
 }
 

@@ -26,9 +26,11 @@ struct MessageFault {
   enum class Kind { kLost, kRepeated, kDelayed } kind = Kind::kLost;
   bool large = false;  // happens with large results only
 };
-// Every type of message of a bake, with every kind of fault. (A reply lost is the loss of its
-// type.)
+// Every type of message that a bake can have, with every kind of fault. (A reply lost is the loss
+// of its type.) Those about it come from an operator.
 std::vector<MessageFault> message_faults();
+// Those of an inquiry.
+std::vector<MessageFault> inquiry_faults();
 
 struct NetworkFaults {
   double lost = 0, repeated = 0, delayed = 0;  // of messages

@@ -155,6 +155,30 @@ TEST(Board, workers_lost_together_or_come_back_are_no_crash_loop) {
   EXPECT_TRUE(board.take_blocked().empty());
 }
 
+TEST(Board, a_cell_that_never_finds_memory_is_given_up_after_five_times_alone) {
+  Board board = board_of(1);
+  board.join(kAnn, 1);
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_TRUE(board.take_given_up().empty()) << i;
+    const auto task = board.lease(kAnn, i * 60s);
+    ASSERT_TRUE(task.has_value());
+    board.fail(task->lease, Board::Failure::kResource, i * 60s);
+  }
+  EXPECT_EQ(board.take_given_up(), std::vector<CellKey>{root(0)});
+  EXPECT_TRUE(board.take_blocked().empty());
+}
+
+TEST(Board, memory_that_was_short_with_others_beside_it_does_not_count_against_a_cell) {
+  BoardLimits limits;
+  limits.short_of_memory = 1;
+  Board board = board_of(2, limits);
+  board.join(kAnn, 1);
+  ASSERT_TRUE(board.adopt(kAnn, BoardLease{77}, {root(0), root(1)}, 0ms));
+  board.fail(BoardLease{77}, Board::Failure::kResource, 1s);
+  EXPECT_TRUE(board.take_given_up().empty());
+  EXPECT_EQ(board.pending_count(), 2u);
+}
+
 TEST(Board, a_cell_that_is_done_again_goes_to_another_worker) {
   Board board = board_of(0);
   board.join(kAnn, 1);
@@ -163,6 +187,20 @@ TEST(Board, a_cell_that_is_done_again_goes_to_another_worker) {
   EXPECT_FALSE(board.idle());
   EXPECT_FALSE(board.lease(kAnn, 0ms).has_value());
   EXPECT_EQ(board.lease(kBob, 0ms)->cells[0], root(4));
+}
+
+TEST(Board, a_cell_that_need_not_be_done_again_is_withdrawn_pending_or_leased) {
+  Board board = board_of(0);
+  board.join(kAnn, 1);
+  board.join(kBob, 1);
+  board.add_again(root(4), kAnn);
+  board.withdraw(root(4));
+  EXPECT_TRUE(board.idle());
+  board.add_again(root(4), kAnn);
+  const BoardTask task = *board.lease(kBob, 0ms);
+  board.withdraw(root(4));
+  EXPECT_TRUE(board.idle());
+  EXPECT_EQ(board.take_superseded(), std::vector<BoardLease>{task.lease});
 }
 
 }  // namespace pvsfarm

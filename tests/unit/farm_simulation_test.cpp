@@ -5,6 +5,7 @@
 
 #include <cstdio>
 
+#include "coordinator/merger/merger.hpp"
 #include "tests/support/farm_simulation.hpp"
 #include "tests/support/fault_figures.hpp"
 
@@ -96,6 +97,62 @@ TEST(FarmSimulation, the_coordinator_dies) {
 }
 TEST(FarmSimulation, tasks_fail) { run_with({.network = {}, .task_fails = 0.1}, 40); }
 
+// It hides an object too many in every cell. Nobody is asked twice to find out; but where a cell
+// was computed twice, the third run decides for the truth, and the liar is turned out.
+TEST(FarmSimulation, a_worker_that_lies_is_outvoted_and_turned_out) {
+  DisputeFigures all;
+  int turned_out = 0;
+  const SimulationSetup setup{.faults = {.network = {.lost = 0.05, .repeated = 0.05},
+                                         .connection_breaks = 0.05,
+                                         .first_lies = true}};
+  run_seeds(60, [&](std::uint64_t seed) {
+    FarmSimulation simulation(seed, setup);
+    ASSERT_TRUE(simulation.run()) << "not done within a virtual day";
+    const Disputes& disputes = simulation.work().disputes();
+    for (const CellKey& key : disputes.cells()) {
+      const CellDelta kept =
+          decode_row(simulation.log().committed.at(key), setup.world.objects).value();
+      kept.hidden.for_each([&](ObjectId id) { EXPECT_TRUE(SimulatedWorld::hides(key, id)); });
+    }
+    const DisputeFigures& figures = disputes.figures();
+    all.for_first += figures.for_first;
+    all.against_first += figures.against_first;
+    all.undecided += figures.undecided;
+    const bool convicted = figures.for_first + figures.against_first > 0;
+    if (convicted != simulation.liar_turned_out()) {
+      // The bake was over first.
+      EXPECT_TRUE(convicted);
+    }
+    turned_out += simulation.liar_turned_out() ? 1 : 0;
+    for (const std::string& warning : simulation.warnings())
+      EXPECT_EQ(warning.find("REFUTES"), std::string::npos);
+  });
+  EXPECT_GT(all.for_first, 5u);
+  EXPECT_GT(all.against_first, 5u);
+  EXPECT_GT(turned_out, 10);
+  std::printf("for the first %lu, against it %lu, undecided %lu, turned out in %d of 60\n",
+              static_cast<unsigned long>(all.for_first),
+              static_cast<unsigned long>(all.against_first),
+              static_cast<unsigned long>(all.undecided), turned_out);
+}
+
+TEST(FarmSimulation, somebody_looks_pauses_and_drains) {
+  FarmSimulation::Operated all;
+  run_seeds(40, [&](std::uint64_t seed) {
+    FarmSimulation simulation(seed, {.faults = {.network = {}, .operated = true}});
+    ASSERT_TRUE(simulation.run()) << "not done within a virtual day";
+    expect_golden(simulation.log(), {});
+    all.reports += simulation.operated().reports;
+    all.pauses += simulation.operated().pauses;
+    all.drains += simulation.operated().drains;
+    all.acks += simulation.operated().acks;
+  });
+  EXPECT_GT(all.reports, 200u);
+  EXPECT_GT(all.pauses, 20u);
+  EXPECT_GT(all.drains, 10u);
+  EXPECT_GE(all.acks, all.pauses);
+}
+
 // Results over what may be sent without credit, and a scene in more chunks than may be asked for
 // at once.
 TEST(FarmSimulation, results_and_scene_are_large) {
@@ -132,7 +189,8 @@ TEST(FarmSimulation, each_type_of_message_is_lost_repeated_and_late) {
                                      .connection_breaks = 0.05,
                                      .worker_drains = 0.02,
                                      .task_fails = 0.05,
-                                     .scene_fetched = true}};
+                                     .scene_fetched = true,
+                                     .operated = true}};
     if (fault.large) setup.world = {.objects = 150'000, .budget_triangles = 900'000, .roots = 2};
     run_with(setup, fault.large ? 1 + seeds / 4 : seeds);
     ++runs;

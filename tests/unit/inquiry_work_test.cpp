@@ -9,6 +9,7 @@
 #include "common/wire/finding_bytes.hpp"
 #include "coordinator/service/desk.hpp"
 #include "coordinator/service/inquiry_work.hpp"
+#include "tests/support/fault_figures.hpp"
 #include "tests/support/simulated_farm.hpp"
 
 namespace pvsfarm {
@@ -58,6 +59,7 @@ AuditFinding answer_audit(const AuditAsked& asked, const ParentSet& visible) {
 struct Faults {
   NetworkFaults network;
   double worker_dies = 0, worker_hangs = 0;  // a second
+  int coordinator_deaths = 0;                // one a second, at first
   bool poison = false;                       // the worker of kPoison fails, and says so
 };
 
@@ -78,12 +80,9 @@ class Simulation {
       : random_(seed),
         faults_(faults),
         network_(random_, in_order(faults.network)),
-        list_(questions(count), [this](std::uint32_t number, Finding f) { take(number, f); }),
-        work_(list_, kObjects) {
-    DeskSettings settings{.scene_digest = scene_, .epoch = seed + 1};
-    settings.deadline = deadline;
-    if (!faults.poison) settings.limits.board.attempts = 1'000;
-    desk_ = std::make_unique<Desk>(settings, work_, now_);
+        count_(count),
+        epoch_(1000 * seed) {
+    start_coordinator(deadline);
     workers_.resize(3);
     for (SimulatedWorker& worker : workers_) start_worker(worker);
   }
@@ -105,8 +104,8 @@ class Simulation {
   }
 
   const std::map<std::uint32_t, int>& answers() const { return answers_; }
-  const QuestionList& list() const { return list_; }
-  const InquiryWork& work() const { return work_; }
+  const QuestionList& list() const { return *list_; }
+  const InquiryWork& work() const { return *work_; }
   Millis now() const { return now_; }
   std::uint64_t blobs() const { return blobs_; }
 
@@ -130,12 +129,28 @@ class Simulation {
     }
   }
 
+  // Nothing is kept of one that was killed: the same command asks everything again.
+  void start_coordinator(std::optional<Millis> deadline = std::nullopt) {
+    answers_.clear();
+    desk_.reset();
+    work_.reset();
+    list_.emplace(questions(count_), [this](std::uint32_t number, Finding f) { take(number, f); });
+    work_.emplace(*list_, kObjects);
+    DeskSettings settings{.scene_digest = scene_, .epoch = ++epoch_};
+    settings.deadline = deadline;
+    if (!faults_.poison) settings.limits.board.attempts = 1'000;
+    desk_ = std::make_unique<Desk>(settings, *work_, now_);
+  }
+
   void start_worker(SimulatedWorker& worker) { worker = new_worker(++connections_, random_, now_); }
 
   void send_from_desk() {
     for (Outgoing& out : desk_->take_outgoing())
-      network_.post(
-          {.peer = out.peer, .to_worker = true, .frames = encode(out.envelope, out.message)}, now_);
+      network_.post({.peer = out.peer,
+                     .to_worker = true,
+                     .type = out.message.index(),
+                     .frames = encode(out.envelope, out.message)},
+                    now_);
   }
 
   void deliver() {
@@ -166,7 +181,10 @@ class Simulation {
     }
     messenger.tick(now_);
     while (auto out = messenger.next_outgoing())
-      network_.post({.peer = worker.peer, .frames = encode(out->envelope, out->message)}, now_);
+      network_.post({.peer = worker.peer,
+                     .type = out->message.index(),
+                     .frames = encode(out->envelope, out->message)},
+                    now_);
     EXPECT_FALSE(messenger.leaving().has_value()) << messenger.leaving()->text;
     if (messenger.leaving()) start_worker(worker);
   }
@@ -208,6 +226,10 @@ class Simulation {
   }
 
   void inject_faults() {
+    if (faults_.coordinator_deaths-- > 0) {
+      start_coordinator();
+      for (SimulatedWorker& worker : workers_) worker.peer = std::to_string(++connections_);
+    }
     for (SimulatedWorker& worker : workers_) {
       if (happens(faults_.worker_dies)) {
         if (happens(0.5)) desk_->gone(worker.peer);  // else nobody tells
@@ -223,8 +245,10 @@ class Simulation {
   Millis now_{0};
   Digest scene_ = DigestBuilder().add("scene").finish();
   std::map<std::uint32_t, int> answers_;
-  QuestionList list_;
-  InquiryWork work_;
+  std::uint32_t count_;
+  std::uint64_t epoch_;
+  std::optional<QuestionList> list_;
+  std::optional<InquiryWork> work_;
   std::unique_ptr<Desk> desk_;
   std::vector<SimulatedWorker> workers_;
   std::uint64_t connections_ = 0, blobs_ = 0;
@@ -251,6 +275,29 @@ TEST(Inquiries, answers_are_repeated) { run_with({.network = {.repeated = 0.3}},
 TEST(Inquiries, messages_are_late_and_out_of_order) { run_with({.network = {.delayed = 0.05}}, 4); }
 TEST(Inquiries, workers_die) { run_with({.worker_dies = 0.3}, 4); }
 TEST(Inquiries, workers_hang) { run_with({.worker_hangs = 0.05}, 4); }
+
+// What workers still have of the one before is no answer to the questions of the next.
+TEST(Inquiries, the_coordinator_dies_and_the_same_command_asks_again) {
+  run_with({.coordinator_deaths = 3}, 6);
+  run_with({.network = {.lost = 0.05}, .coordinator_deaths = 5}, 4);
+}
+
+TEST(Inquiries, each_type_of_message_is_lost_repeated_and_late) {
+  const std::uint64_t seeds = full_counts() ? 10 : 1;
+  std::uint64_t runs = 0;
+  for (const MessageFault& fault : inquiry_faults()) {
+    SCOPED_TRACE(fault.what);
+    run_with({.network = {.only = fault}, .worker_dies = 0.05, .coordinator_deaths = 1}, seeds);
+    ++runs;
+    if (HasFailure()) break;
+  }
+  record({.row = 13,
+          .what = "violations in " + std::to_string(runs) + " kinds of fault of an inquiry, " +
+                  std::to_string(seeds) + " seeds each",
+          .asked = "0",
+          .reached = HasFailure() ? "some" : "0",
+          .held = !HasFailure()});
+}
 
 TEST(Inquiries, a_question_that_no_worker_can_answer_is_given_up_and_the_others_are_answered) {
   Simulation simulation(5, {.poison = true}, kQuestions);

@@ -82,6 +82,31 @@ TEST(RowBytes, statistics_cut_short_or_followed_by_more_are_refused) {
   EXPECT_FALSE(decode_statistics(bytes, back));
 }
 
+TEST_F(JournalTest, a_row_is_read_back_and_replaced_before_and_after_its_commit) {
+  const auto journal = Journal::open(path_, bake("a")).value();
+  const CellKey key{3, 1};
+  EXPECT_FALSE(journal->read(key).value().has_value());
+  ASSERT_TRUE(journal->append(row(key, 8)).ok());
+  ASSERT_TRUE(journal->replace(row(key, 9)).ok());
+  EXPECT_EQ(journal->row_count(), 1u);
+  EXPECT_EQ(journal->read(key).value()->hidden, row(key, 9).hidden);
+  ASSERT_TRUE(journal->commit().ok());
+  EXPECT_EQ(rows(*journal)[0].hidden, row(key, 9).hidden);
+  for (const std::uint32_t hidden : {10u, 11u}) {
+    ASSERT_TRUE(journal->replace(row(key, hidden)).ok());
+    EXPECT_EQ(journal->row_count(), 1u);
+    EXPECT_EQ(journal->read(key).value()->hidden, row(key, hidden).hidden);
+    EXPECT_EQ(journal->find(key).value(), delta_digest(row(key, hidden)));
+  }
+  EXPECT_EQ(journal->uncommitted(), 1u);
+  ASSERT_TRUE(journal->commit().ok());
+  EXPECT_EQ(journal->row_count(), 1u);
+  const std::vector<ResultRow> all = rows(*journal);
+  ASSERT_EQ(all.size(), 1u);
+  EXPECT_EQ(all[0].hidden, row(key, 11).hidden);
+  EXPECT_EQ(all[0].statistics.planes, 11u);
+}
+
 TEST_F(JournalTest, rows_come_back_in_canonical_order) {
   const std::vector<CellKey> keys{{0, 1}, {0, 2}, {0, 4}, {0, 5}, {0, 3}, {1, 1}, {300, 1}};
   {
