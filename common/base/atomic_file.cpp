@@ -15,10 +15,11 @@ namespace pvsfarm {
 namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 20;
+constexpr const char* kWantsSpace = "free space or write elsewhere";
 
 Error failure_of(const std::string& path, const char* what, const char* mend) {
   std::string text = path + ": cannot " + what + ": " + std::strerror(errno);
-  if (errno == ENOSPC || errno == EDQUOT || errno == EFBIG) mend = "free space or write elsewhere";
+  if (errno == ENOSPC || errno == EDQUOT || errno == EFBIG) mend = kWantsSpace;
   if (*mend != '\0') text += std::string("; ") + mend;
   return io_error(std::move(text));
 }
@@ -74,6 +75,8 @@ AtomicFile::~AtomicFile() {
   ::unlink(partial_path_.c_str());
   ::close(file_);
 }
+
+bool for_want_of_space(const Error& error) { return error.text.ends_with(kWantsSpace); }
 
 Error AtomicFile::failure(const char* what) const { return failure_of(path_, what, ""); }
 

@@ -13,6 +13,9 @@
 
 namespace pvsfarm {
 
+// Of an AtomicFile's error: the disk, or a quota, is full. The same may succeed later.
+bool for_want_of_space(const Error& error);
+
 // Writes PATH.partial, then makes it durable and renames it to PATH. A writer that was killed
 // leaves PATH.partial; the next one of the same path takes it over. Two at once: the second is
 // refused. Errors: kIo, naming the path (missing folder, no rights, disk full, PATH is no plain

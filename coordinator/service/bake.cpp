@@ -3,12 +3,15 @@
 #include <time.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <optional>
 #include <sstream>
+#include <thread>
 
+#include "common/base/atomic_file.hpp"
 #include "common/base/file.hpp"
 #include "common/pvs/hints_file.hpp"
 #include "common/pvs/kernel.hpp"
@@ -24,6 +27,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::seconds kRoomRetry{4};
 
 double process_cpu_ms() {
   timespec time{};
@@ -187,6 +192,24 @@ Status write_store(const Running& running, const BakeJob& job, const Digest& bak
   return {};
 }
 
+// On a full disk it waits for room, as the journal does: whoever looks in the morning finds the
+// store, or frees some space and has it. Each attempt is a whole one, so the next one is not made
+// before as much time has gone by as it took. A signal ends the wait, and the journal stays.
+Status write_store_once_there_is_room(const Running& running, const BakeJob& job,
+                                      const Digest& bake_digest, const FarmObserver& observer,
+                                      BakeSummary& summary) {
+  for (bool told = false;; told = true) {
+    const Clock::time_point start = Clock::now();
+    const Status status = write_store(running, job, bake_digest, observer, summary);
+    if (status && told && observer.note) observer.note("there is room again: the store is written");
+    if (status || !for_want_of_space(status.error())) return status;
+    if (!told && observer.warning)
+      observer.warning(status.error().text +
+                       "; every cell is done: the store is written as soon as there is room");
+    std::this_thread::sleep_for(std::max<Clock::duration>(kRoomRetry, Clock::now() - start));
+  }
+}
+
 // From the first worker to the last cell.
 Status evaluate_cells(const BakeJob& job, const FarmOptions& farm, const FarmObserver& observer,
                       Running& running, const PrivateFolder& folder, BakeSummary& summary) {
@@ -269,7 +292,8 @@ Result<BakeSummary> bake(BakeJob job, const FarmOptions& farm, const FarmObserve
 
   if (observer.enter) observer.enter("writing");
   // 4. The store. Its journal stays if cells are missing: the same command tries them again.
-  if (Status status = write_store(running, job, bake_digest, observer, summary); !status)
+  if (Status status = write_store_once_there_is_room(running, job, bake_digest, observer, summary);
+      !status)
     return status.error();
   if (summary.store.quarantined == 0)
     if (Status status = running.journal->remove(); !status) return status.error();

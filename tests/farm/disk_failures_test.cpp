@@ -130,4 +130,26 @@ TEST_F(DiskFailures, a_full_disk_is_waited_for) {
           .held = resumed_s <= 5 && same});
 }
 
+TEST_F(DiskFailures, a_disk_that_is_full_when_the_store_is_written_is_waited_for) {
+  int written = 0;
+  for (const char* file : {"city.pvs.partial", "city.pvs.stats.partial"}) {
+    InstantWorkers workers(endpoint(), work(0));
+    const auto coordinator = coordinate(std::string("write:") + file + ":1:fail-full", 1);
+    ASSERT_EQ(coordinator->wait(60), 0) << coordinator->err();
+    EXPECT_GT(fault_s(*coordinator), 0) << "nothing failed";
+    const std::string said = coordinator->err();
+    EXPECT_NE(said.find("No space left on device"), std::string::npos) << said;
+    EXPECT_NE(said.find("as soon as there is room"), std::string::npos) << said;
+    EXPECT_NE(said.find("there is room again"), std::string::npos) << said;
+    EXPECT_TRUE(golden());
+    written += golden() ? 1 : 0;
+    fs::remove(out_);
+  }
+  record({.row = 7,
+          .what = "stores written after all, of 2 that found the disk full at their end",
+          .asked = "2",
+          .reached = std::to_string(written),
+          .held = written == 2});
+}
+
 }  // namespace pvsfarm

@@ -7,8 +7,9 @@
 //   PVSFARM_DISK_SEED    of what a power cut leaves
 //   PVSFARM_DISK_KEPT    a folder: what a program killed "before" had synced of each file is left
 //                        there, and whoever comes next takes only that for synced
-// ACTION: before, after (kill -9), half (half of the write, then kill -9), fail (EIO), power,
-// fail-and-power (EIO; when the program has ended, the power goes, too).
+// ACTION: before, after (kill -9), half (half of the write, then kill -9), fail (EIO), fail-full
+// (ENOSPC, of a write), power, fail-and-power (EIO; when the program has ended, the power goes,
+// too).
 //
 // At the fault "fault T" is written to standard output (T: ms of the system's monotonic clock), at
 // an orderly end "calls N", the calls that fitted. Children of the program are not touched.
@@ -264,7 +265,7 @@ ssize_t write_at(int fd, const void* data, size_t size, off_t offset) {
   const FilePtr file = d.file_at(fd);
   if (!file) return raw(size);
   const bool due = d.is_due("write", file->path);
-  if (d.fails(due)) return errno = EIO, -1;
+  if (d.fails(due)) return errno = d.action == "fail-full" ? ENOSPC : EIO, -1;
   const off_t at = offset < 0 ? lseek(fd, 0, SEEK_CUR) : offset;
   const ssize_t written = raw(due && d.action == "half" ? size / 2 : size);
   if (written > 0)
