@@ -12,8 +12,8 @@ namespace pvsfarm {
 namespace {
 
 constexpr Methods kWithSweep = kDefaultMethods;
-constexpr Methods kWithoutSweep = Methods::from_bits(
-    kDefaultMethods.bits() & ~Methods{Method::kSweep, Method::kShafts}.bits());
+constexpr Methods kWithoutSweep =
+    Methods::from_bits(kDefaultMethods.bits() & ~Methods{Method::kSweep, Method::kShafts}.bits());
 
 // Ticks whenever it is looked at, so that a method that had its turn took time.
 double ticks() {
@@ -52,13 +52,13 @@ TEST(OccluderWidths, count_by_area_and_by_the_second_longest_side) {
   source.objects.push_back(box_object("wall", {{0, 50, 0}, {8, 50.01, 4}}));
   const auto scene = build_scene(source);
   ASSERT_TRUE(scene.ok());
-  const OccluderWidths widths(**scene);
+  const OccluderWidths widths = OccluderWidths::of_pieces(**scene);
   EXPECT_EQ(widths.share_narrower_than(0.5), 0);
   EXPECT_DOUBLE_EQ(widths.share_narrower_than(2), 0.2);
   EXPECT_DOUBLE_EQ(widths.share_narrower_than(100), 1);
   EXPECT_EQ(widths.share_narrower_than(0), 0);
-  EXPECT_FALSE(swept_first(widths, Cell::aligned({{0, -5, 0}, {3, -2, 2}})));
-  EXPECT_TRUE(swept_first(widths, Cell::aligned({{0, -9, 0}, {3, -2, 2}})));
+  EXPECT_FALSE(all_narrow(widths, Cell::aligned({{0, -5, 0}, {3, -2, 2}})));
+  EXPECT_TRUE(all_narrow(widths, Cell::aligned({{0, -9, 0}, {3, -2, 2}})));
 }
 
 TEST(OccluderWidths, of_a_scene_without_occluders_say_nothing) {
@@ -66,7 +66,7 @@ TEST(OccluderWidths, of_a_scene_without_occluders_say_nothing) {
   source.objects.push_back(box_object("leaf", {{0, 0, 0}, {1, 1, 1}}, Role::kOnlyOccluded));
   const auto scene = build_scene(source);
   ASSERT_TRUE(scene.ok());
-  EXPECT_EQ(OccluderWidths(**scene).share_narrower_than(100), 0);
+  EXPECT_EQ(OccluderWidths::of_pieces(**scene).share_narrower_than(100), 0);
 }
 
 TEST(SweepChoice, in_a_thicket_the_sweep_stands_in_for_projections) {

@@ -54,6 +54,7 @@ class Cascade {
   // (|PVS| - |seen|) / |PVS| in triangles; 0 for an empty PVS.
   double gap() const;
   bool over_budget() const;
+  double nominal_ms() const { return nominal_ms_; }  // of all methods so far, at kPrices
   // Whether another method may be begun: something is open, the gap is too large, time is left.
   bool goes_on() const;
 

@@ -29,6 +29,7 @@ constexpr std::uint32_t kViewpoints = 4;   // that L_pt is looked for from
 constexpr int kMostRounds = 4;
 constexpr double kLeastSettled = 0.03;  // of what was open, in triangles, or it was the last round
 constexpr double kLeastSeen = 0.03;     // the same, of rays
+constexpr double kRaysShare = 0.15;     // but they may always cost so much of all before them
 constexpr double kLeastSliced = 0.01;   // the same, or no other maps of the cell get slices
 
 // The cell's own stream of random numbers, whoever evaluates it and when.
@@ -63,7 +64,8 @@ struct Evaluator::State {
     }
     if (settings.methods.has(Method::kSweep)) {
       sweep = std::make_unique<SweepProver>(*scene, sweep_effort(settings));
-      widths = std::make_unique<OccluderWidths>(*scene);
+      widths = OccluderWidths::of_pieces(*scene);
+      surface_widths = OccluderWidths::of_surfaces(*scene);
     }
     if (settings.hint_viewpoints > 0)
       hints = std::make_unique<HintViews>(scene, settings.hint_viewpoints);
@@ -105,7 +107,7 @@ struct Evaluator::State {
   std::optional<CellFrame> slice_frame;  // of the cell that `slices` is prepared for
   bool slices_pay = true;                // for it: the last ones settled enough
   std::unique_ptr<SweepProver> sweep;
-  std::unique_ptr<OccluderWidths> widths;
+  OccluderWidths widths, surface_widths;  // for the sweep
   std::unique_ptr<Sampler> sampler;
   std::unique_ptr<ItemViews> views;
   std::unique_ptr<HintViews> hints;
@@ -155,14 +157,17 @@ void Evaluator::State::aim(Cascade& cascade, std::uint64_t rays_an_object) {
   cascade.end(seen(), round.rays, static_cast<double>(round.rays) * kPrices.ray);
 }
 
-// Once all provers had their turn, while it finds enough.
+// Once all provers had their turn, while it finds enough, or is cheap beside what they cost.
 void Evaluator::State::aim_on(Cascade& cascade) {
   if (!aiming_pays()) return;
-  while (aims() && cascade.goes_on()) {
+  const double until_ms = (1 + kRaysShare) * cascade.nominal_ms();
+  while (aims() && rays_left > 0 && cascade.goes_on()) {
     const std::uint64_t before = cascade.open_triangles();
     aim(cascade, kSecondRays);
     const std::uint64_t found = before - cascade.open_triangles();
-    if (static_cast<double>(found) < kLeastSeen * static_cast<double>(before)) break;
+    if (static_cast<double>(found) < kLeastSeen * static_cast<double>(before) &&
+        (found == 0 || cascade.nominal_ms() >= until_ms))
+      break;
   }
 }
 
@@ -210,6 +215,8 @@ void Evaluator::State::prove_by_shafts(const Cell& cell, Cascade& cascade, Evide
     nominal_ms += static_cast<double>(round.rays) * kPrices.ray;
   }
   cascade.end(seen(), work.shafts, nominal_ms);
+  // Much of what was aimed at in vain is hidden by now.
+  aimed_rays = finds = 0;
 }
 
 // Whole objects first; what a few rays see then need not be tested by parts.
@@ -282,7 +289,7 @@ void Evaluator::State::prove_all(const CellKey& key, const Cell& cell, Cascade& 
                                  Evidence* evidence) {
   const auto has = [&](Method method) { return settings.methods.has(method); };
   const bool everything = settings.gap == 0 || !projection;
-  const bool sweeps_first = sweep && swept_first(*widths, cell);
+  const bool sweeps_first = sweep && all_narrow(widths, cell);
   bool projects = true;
   if (sweeps_first && cascade.goes_on()) {
     const auto before = static_cast<double>(cascade.open_triangles());
@@ -306,8 +313,9 @@ void Evaluator::State::prove_all(const CellKey& key, const Cell& cell, Cascade& 
     prove(*surfaces, &ProjectionProver::run, Method::kSurfaces, cell, cascade, evidence);
     prove(*surfaces, &ProjectionProver::finish, Method::kSurfaces, cell, cascade, evidence);
   }
-  // Leaves are loose: what nothing is as wide as the cell in has no surfaces to speak of.
-  if (shafts && (everything || !sweeps_first) && cascade.goes_on())
+  // Leaves are loose: where no surface is as wide as the cell, none blocks all of a shaft.
+  const bool blocked = !sweeps_first || !all_narrow(surface_widths, cell);
+  if (shafts && (everything || blocked) && cascade.goes_on())
     prove_by_shafts(cell, cascade, evidence);
   if (sweep && everything && !sweeps_first && cascade.goes_on())
     prove_by_sweep(cell, cascade, evidence);

@@ -8,6 +8,14 @@ namespace {
 
 constexpr double kMostNarrow = 0.9;
 
+// Shortest first.
+std::array<double, 3> sides_of(const Box& box) {
+  const Vec3 size = box.size();
+  std::array<double, 3> sides{size.x, size.y, size.z};
+  std::sort(sides.begin(), sides.end());
+  return sides;
+}
+
 }  // namespace
 
 // frexp and a multiplication: exact, the same everywhere.
@@ -18,14 +26,25 @@ int OccluderWidths::bucket(double width) {
   return octave * kSteps + static_cast<int>((mantissa - 0.5) * 2 * kSteps);
 }
 
-OccluderWidths::OccluderWidths(const Scene& scene) {
+void OccluderWidths::add(const Box& box, double area) {
+  const double width = sides_of(box)[1];
+  if (width > 0) area_[bucket(width)] += area;
+}
+
+OccluderWidths OccluderWidths::of_pieces(const Scene& scene) {
+  OccluderWidths widths;
   for (const Occluder& occluder : scene.occluders()) {
-    if (occluder.face_of >= 0) continue;
-    const Vec3 size = occluder.box.size();
-    std::array<double, 3> sides{size.x, size.y, size.z};
-    std::sort(sides.begin(), sides.end());
-    if (sides[1] > 0) area_[bucket(sides[1])] += sides[1] * sides[2];
+    const auto sides = sides_of(occluder.box);
+    if (occluder.face_of < 0) widths.add(occluder.box, sides[1] * sides[2]);
   }
+  return widths;
+}
+
+OccluderWidths OccluderWidths::of_surfaces(const Scene& scene) {
+  OccluderWidths widths;
+  for (const SurfaceComponent& surface : scene.surface_components())
+    widths.add(surface.box, surface.area);
+  return widths;
 }
 
 double OccluderWidths::share_narrower_than(double width) const {
@@ -39,7 +58,7 @@ double OccluderWidths::share_narrower_than(double width) const {
   return all > 0 ? narrower / all : 0;
 }
 
-bool swept_first(const OccluderWidths& widths, const Cell& cell) {
+bool all_narrow(const OccluderWidths& widths, const Cell& cell) {
   const Vec3 size = cell.hi - cell.lo;
   return widths.share_narrower_than(std::max(size.x, size.y)) >= kMostNarrow;
 }

@@ -15,10 +15,13 @@
 namespace pvsfarm {
 
 // How wide the occluders of a scene are, by area. An occluder is as wide as the second longest
-// side of its box, its area is the product of the two longest.
+// side of its box.
 class OccluderWidths {
  public:
-  explicit OccluderWidths(const Scene& scene);
+  // Of its pieces; their area is the product of the two longest sides.
+  static OccluderWidths of_pieces(const Scene& scene);
+  // Of what hangs together: the walls of a level are one surface, however small their faces.
+  static OccluderWidths of_surfaces(const Scene& scene);
   // 0 .. 1: the part in occluders narrower than `width`, by no more than a seventh; 0 if there are
   // no occluders.
   double share_narrower_than(double width) const;
@@ -26,11 +29,13 @@ class OccluderWidths {
  private:
   static constexpr int kSteps = 8, kOctaves = 128;  // an octave's steps; octaves about 1
   static int bucket(double width);
+  void add(const Box& box, double area);
   std::array<double, kSteps * kOctaves> area_{};
 };
 
-// Whether the sweep comes before Projections, and in their place if it settles enough.
-bool swept_first(const OccluderWidths& widths, const Cell& cell);
+// Whether hardly anything is as wide as the cell. Of pieces: then the sweep comes before
+// Projections, and in their place if it settles enough. Of surfaces: then none blocks it.
+bool all_narrow(const OccluderWidths& widths, const Cell& cell);
 
 // Of the open triangles, the part that a sweep has to settle to stand in for Projections.
 inline constexpr double kSweptEnough = 0.5;

@@ -63,7 +63,7 @@ void HintViews::aim(const Vec3& eye, ObjectId object, std::uint32_t position, Sa
     const double distance = length(p);
     if (t.degenerate() || !(rise > 0) || !(distance > 0)) continue;
     lines_.push_back({eye, eye + p});
-    targets_.push_back(object);
+    targets_.push_back({object, triangle});
     // area * cosine / distance^2; the normal is twice the area long
     tried_.push_back({position, rise / (2 * distance * distance * distance)});
   }

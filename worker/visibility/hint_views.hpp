@@ -43,7 +43,7 @@ class HintViews {
   Random random_{0};
   std::uint64_t rays_ = 0;
   std::vector<Sightline> lines_;
-  std::vector<ObjectId> targets_;
+  std::vector<SightTarget> targets_;
   std::vector<Tried> tried_;
   std::vector<double> angle_;  // by position: seen from this viewpoint
 };

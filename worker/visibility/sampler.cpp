@@ -61,16 +61,16 @@ struct Sampler::State {
 
   // The batch of rays in the making, and what each is aimed at.
   std::vector<Sightline> lines;
-  std::vector<ObjectId> aimed_at;
+  std::vector<SightTarget> aimed_at;
   std::array<std::uint32_t, RayScene::kBatch> blockers;
 
   bool open(ObjectId object) const { return skip[index_of(object)] == 0; }
   void note(ObjectId object, const Sightline& line);
-  void add(const Sightline& line, ObjectId target);
-  bool blocked(const Sightline& line, ObjectId target, std::uint32_t blocker) const;
+  void add(const Vec3& eye, const AimPoint& aim, ObjectId target);
+  bool blocked(const Sightline& line, const SightTarget& at, std::uint32_t blocker) const;
   void settle();
   void settle_far();
-  bool credit(ObjectId object, const Sightline& line);
+  bool credit(const SightTarget& at, const Sightline& line);
   void credit_candidate(std::uint32_t triangle, const Sightline& line);
   void credit_hit(const SightCheck::Hit& hit, const Sightline& line);
   std::optional<AimPoint> draw(ObjectId target, std::uint64_t k, const Vec3& eye);
@@ -101,11 +101,11 @@ void Sampler::State::note(ObjectId object, const Sightline& line) {
 }
 
 // The object is seen along the line, if that is clear.
-bool Sampler::State::credit(ObjectId object, const Sightline& line) {
-  if (!open(object) || length(line.point - line.eye) < near_m) return false;
+bool Sampler::State::credit(const SightTarget& at, const Sightline& line) {
+  if (!open(at.object) || length(line.point - line.eye) < near_m) return false;
   ++round.checks;
-  if (!check.clear(line, object, margin)) return false;
-  note(object, line);
+  if (!check.clear(line, at.object, margin, at.triangle)) return false;
+  note(at.object, line);
   return true;
 }
 
@@ -114,7 +114,7 @@ void Sampler::State::credit_hit(const SightCheck::Hit& hit, const Sightline& lin
   if (!open(hit.object)) return;
   const Vec3 p = (line.point - line.eye) * hit.t;
   if (SeenTriangle(*scene, hit.triangle, line.eye).depth_inside(p) > margin)
-    credit(hit.object, {line.eye, line.eye + p});
+    credit({hit.object, hit.triangle}, {line.eye, line.eye + p});
 }
 
 // The line, however long, meets the triangle beyond doubt in float: through the front or a visible
@@ -138,16 +138,17 @@ void Sampler::State::credit_candidate(std::uint32_t triangle, const Sightline& l
   if (check.clear_but_for(shown, triangle, float_margin)) note(object, shown);
 }
 
-void Sampler::State::add(const Sightline& line, ObjectId target) {
-  lines.push_back(line);
-  aimed_at.push_back(target);
+void Sampler::State::add(const Vec3& eye, const AimPoint& aim, ObjectId target) {
+  lines.push_back({eye, aim.point});
+  aimed_at.push_back({target, aim.triangle});
   if (lines.size() == RayScene::kBatch) settle();
 }
 
 // The triangle that Embree names does block the line.
-bool Sampler::State::blocked(const Sightline& line, ObjectId target, std::uint32_t blocker) const {
-  return blocker != RayScene::kNoTriangle && !scene_holds(*scene, target, blocker) &&
-         check.meets(line, blocker);
+bool Sampler::State::blocked(const Sightline& line, const SightTarget& at,
+                             std::uint32_t blocker) const {
+  return blocker != RayScene::kNoTriangle && !scene_holds(*scene, at.object, blocker) &&
+         check.meets(line, blocker) && !check.in_front_of(at.triangle, blocker, line.eye, margin);
 }
 
 // A line counts if it is clear. It is not, if the triangle that Embree names does block it; only
@@ -177,7 +178,7 @@ void Sampler::State::aim_plainly(std::vector<ObjectId>& targets, std::uint64_t b
     for (const ObjectId target : targets) {
       if (round.rays + lines.size() >= end) break;
       const Vec3 eye = viewpoint(cell, k < 2 ? k : random.below(kViewpoints), random);
-      if (const auto aim = draw(target, k, eye)) add({eye, aim->point}, target);
+      if (const auto aim = draw(target, k, eye)) add(eye, *aim, target);
     }
     settle();
     if (round.seen > seen_before) last_find = round.rays;
@@ -195,8 +196,9 @@ void Sampler::State::chase(ObjectId target, const Vec3& eye, const AimPoint& aim
     ++round.rays;
     const Sightline line{now.eye, now.aim.point};
     const auto hit = check.first_hit(line);
-    if (!hit || hit->object == target) {
-      credit(target, line);
+    if (!hit || hit->object == target ||
+        check.in_front_of(now.aim.triangle, hit->triangle, now.eye, margin)) {
+      credit({target, now.aim.triangle}, line);
       return;
     }
     credit_hit(*hit, line);
@@ -320,14 +322,14 @@ SamplingRound Sampler::consider(const Vec3& eye, std::span<const SightCandidate>
   return s.finish();
 }
 
-void Sampler::try_lines(std::span<const Sightline> lines, std::span<const ObjectId> targets,
+void Sampler::try_lines(std::span<const Sightline> lines, std::span<const SightTarget> targets,
                         std::span<std::uint8_t> shows) {
   State& s = *state_;
   s.rays.name_blockers(lines, s.blockers);
   for (std::size_t i = 0; i < lines.size(); ++i)
     shows[i] = length(lines[i].point - lines[i].eye) >= s.near_m &&
                !s.blocked(lines[i], targets[i], s.blockers[i]) &&
-               s.check.clear(lines[i], targets[i], s.margin);
+               s.check.clear(lines[i], targets[i].object, s.margin, targets[i].triangle);
 }
 
 const VisibleSet& Sampler::seen() const { return state_->seen; }
@@ -345,7 +347,7 @@ std::uint64_t Sampler::State::triangles_seen_from(const Vec3& eye,
   for (std::uint64_t k = 0; k < kAims; ++k) {
     for (const Witness& w : known) {
       if (!open(w.object)) continue;
-      if (const auto aim = draw(w.object, k, eye)) add({eye, aim->point}, w.object);
+      if (const auto aim = draw(w.object, k, eye)) add(eye, *aim, w.object);
     }
     settle();
   }

@@ -7,8 +7,9 @@
 //
 // A segment counts only if it is *robust*: it clears the opaque matter of all other objects by
 // margin(), and ends inside a triangle that faces the viewpoint (or is two-sided) by the same
-// margin. Rays pass through what is not opaque (objects that do not occlude, or move) and note it
-// as seen.
+// margin. Matter that this triangle surely does not lie behind, such as a blocker that coincides
+// with what is drawn, is no obstacle, however near. Rays pass through what is not opaque (objects
+// that do not occlude, or move) and note it as seen.
 //
 // The witnesses are the same on every machine, although Embree's arithmetic is not: Embree only
 // names a triangle that seems to block a line, and the line is given up if that triangle, checked
@@ -36,6 +37,12 @@ struct Witness {
   ObjectId object{};
   Vec3 eye{0};    // in the cell, in world coordinates
   Vec3 point{0};  // on the object
+};
+
+// What a line is aimed at: a triangle of Scene::all_triangles(), and whose it is.
+struct SightTarget {
+  ObjectId object{};
+  std::uint32_t triangle = 0;
 };
 
 // A line said to meet a triangle of Scene::all_triangles() first.
@@ -76,7 +83,7 @@ class Sampler {
 
   // Which lines show the object they are aimed at, seen already or not: 1 if the line is clear but
   // for that object. Nothing is noted. [limit] RayScene::kBatch lines.
-  void try_lines(std::span<const Sightline> lines, std::span<const ObjectId> targets,
+  void try_lines(std::span<const Sightline> lines, std::span<const SightTarget> targets,
                  std::span<std::uint8_t> shows);
 
   // From now on `stages` is told where time goes; null: nobody is.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/base/check.hpp"
+#include "common/geometry/collinear.hpp"
 #include "worker/visibility/dispatch.hpp"
 #include "worker/visibility/triangle_distance.hpp"
 
@@ -144,13 +145,33 @@ struct Matter {
   const std::vector<std::uint8_t>& one_sided;
 };
 
+// See SightCheck::in_front_of.
+bool lies_in_front(const Scene& scene, std::uint32_t target, std::uint32_t other, const Vec3& eye,
+                   double margin) {
+  const SeenTriangle o(scene, other, eye), t(scene, target, eye);
+  const double eye_height = -dot(o.normal, o.corner[0]), slab = margin * o.normal_length;
+  if (o.degenerate() || !(std::abs(eye_height) > slab)) return false;
+  const auto at = [&](std::uint32_t triangle, int k) -> const Vec3& {
+    return scene.vertices()[scene.all_triangles()[triangle].vertex[k]];
+  };
+  for (int k = 0; k < 3; ++k) {
+    const double height = dot(o.normal, t.corner[k] - o.corner[0]);
+    if (eye_height > 0 ? height > slab : height < -slab) continue;
+    if (std::abs(height) > slab) return false;
+    if (!is_coplanar(at(other, 0), at(other, 1), at(other, 2), at(target, k))) return false;
+  }
+  return true;
+}
+
 PVSFARM_DISPATCH bool clear_of_all(const Matter& m, const Sightline& line, std::uint32_t first,
-                                   std::uint32_t count, double margin) {
+                                   std::uint32_t count, double margin, std::uint32_t target) {
   const Vec3 d = line.point - line.eye;
   bool clear = true;
   walk<false>(m.tree, box_query(line.eye - m.tree.origin(), d, margin), [&](std::uint32_t t) {
     if (t - first < count) return 1.0;
-    clear = !near_triangle(SeenTriangle(m.scene, t, line.eye), bit(m.one_sided, t), d, margin);
+    clear =
+        !near_triangle(SeenTriangle(m.scene, t, line.eye), bit(m.one_sided, t), d, margin) ||
+        (target != SightCheck::kNoTriangle && lies_in_front(m.scene, target, t, line.eye, margin));
     return clear ? 1.0 : -1.0;
   });
   return clear;
@@ -215,19 +236,25 @@ SightCheck::SightCheck(std::shared_ptr<const Scene> scene)
 }
 
 bool SightCheck::clear_of_all_but(const Sightline& line, std::uint32_t first, std::uint32_t count,
-                                  double margin) const {
-  return clear_of_all({*scene_, tree_, one_sided_}, line, first, count, margin);
+                                  double margin, std::uint32_t target) const {
+  return clear_of_all({*scene_, tree_, one_sided_}, line, first, count, margin, target);
 }
 
-bool SightCheck::clear(const Sightline& line, ObjectId ignored, double margin) const {
-  if (ignored == kNoObject) return clear_of_all_but(line, 0, 0, margin);
+bool SightCheck::clear(const Sightline& line, ObjectId ignored, double margin,
+                       std::uint32_t target) const {
+  if (ignored == kNoObject) return clear_of_all_but(line, 0, 0, margin, target);
   const ObjectRecord& object = scene_->object(ignored);
   return clear_of_all_but(line, static_cast<std::uint32_t>(object.first_triangle),
-                          object.triangle_count, margin);
+                          object.triangle_count, margin, target);
+}
+
+bool SightCheck::in_front_of(std::uint32_t target, std::uint32_t other, const Vec3& eye,
+                             double margin) const {
+  return lies_in_front(*scene_, target, other, eye, margin);
 }
 
 bool SightCheck::clear_but_for(const Sightline& line, std::uint32_t triangle, double margin) const {
-  return clear_of_all_but(line, triangle, 1, margin);
+  return clear_of_all_but(line, triangle, 1, margin, triangle);
 }
 
 std::optional<SightCheck::Hit> SightCheck::first_hit(const Sightline& line) const {

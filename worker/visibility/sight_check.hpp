@@ -53,6 +53,7 @@ struct SeenTriangle {
 class SightCheck {
  public:
   static constexpr ObjectId kNoObject{0xffffffffu};
+  static constexpr std::uint32_t kNoTriangle = 0xffffffffu;
 
   struct Hit {
     ObjectId object{};
@@ -68,10 +69,15 @@ class SightCheck {
   explicit SightCheck(std::shared_ptr<const Scene> scene);
 
   // No opaque triangle comes within `margin` of the segment; those of the object `ignored` do not
-  // count, for they cannot hide their own object.
-  bool clear(const Sightline& line, ObjectId ignored, double margin) const;
-  // The same but for one triangle, which alone does not count.
+  // count, for they cannot hide their own object. Nor, if the segment ends on `target`, do those
+  // that it is in_front_of(): what coincides with a surface does not hide it.
+  bool clear(const Sightline& line, ObjectId ignored, double margin,
+             std::uint32_t target = kNoTriangle) const;
+  // The same but for one triangle, which alone does not count: the segment ends on it.
   bool clear_but_for(const Sightline& line, std::uint32_t triangle, double margin) const;
+  // Beyond doubt no point of the target is strictly behind the other's plane, as seen from the eye,
+  // so that the other blocks no segment between them. Its corners may lie in that plane, exactly.
+  bool in_front_of(std::uint32_t target, std::uint32_t other, const Vec3& eye, double margin) const;
   // The segment meets this triangle, which is opaque; no margin. Then it is not clear().
   bool meets(const Sightline& line, std::uint32_t triangle) const;
   // The opaque triangle that the segment meets first, with no margin.
@@ -96,7 +102,7 @@ class SightCheck {
  private:
   struct Query;
   bool clear_of_all_but(const Sightline& line, std::uint32_t first, std::uint32_t count,
-                        double margin) const;
+                        double margin, std::uint32_t target) const;
 
   std::shared_ptr<const Scene> scene_;
   TriangleTree tree_;
