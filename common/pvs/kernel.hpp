@@ -10,7 +10,7 @@
 namespace pvsfarm {
 
 // Bumped with every change that can alter any result; part of the kernel id and of every store.
-inline constexpr int kAlgorithmVersion = 5;
+inline constexpr int kAlgorithmVersion = 6;
 
 // What a worker's program brings to the results, beside settings and scene.
 struct Kernel {

@@ -106,6 +106,27 @@ TEST(Sampler, matter_before_the_near_distance_proves_nothing) {
   EXPECT_EQ(look(source, kCell, 6).object, (std::vector<char>{0, 1}));
 }
 
+// Part of one upright plane askew to the axes, between two of its uprights, moved back.
+SourceObject askew_wall(const std::string& name, Role role, const Vec3& from, const Vec3& to,
+                        double back = 0) {
+  SourceObject wall = box_object(name, {{0, 0, 0}, {1, 1, 1}}, role);
+  wall.vertices = {{from.x, from.y, -from.z}, from, to, {to.x, to.y, -to.z}};
+  for (Vec3& v : wall.vertices) v.x += back;
+  wall.triangles = {{0, 1, 2}, {0, 2, 3}};
+  wall.two_sided = true;
+  return wall;
+}
+
+TEST(Sampler, sees_what_coincides_with_a_blocker_but_not_a_step_behind_it) {
+  const double step = std::nextafter(6.0, 7) - 6;
+  for (const double back : {0.0, -0.01, step, 0.01}) {
+    SceneSource source;
+    source.objects = {askew_wall("blocker", Role::kOnlyOccludes, {4, -3, 8}, {7, 3, 8}),
+                      askew_wall("drawn", Role::kOnlyOccluded, {5, -1, 1}, {6, 1, 0.7}, back)};
+    EXPECT_EQ(look(source, kCell).object[1], back <= 0 ? 1 : 0) << back;
+  }
+}
+
 TEST(Sampler, far_from_the_origin_it_sees_the_same) {
   SceneSource source;
   source.objects = {thing_at(3), wall_at(5), thing_at(7)};
@@ -162,7 +183,9 @@ TEST(Sampler, every_witness_is_confirmed_by_another_judge) {
         ASSERT_EQ(sampler.witnesses().size(), sampler.seen().count());
         for (const Witness& w : sampler.witnesses()) {
           const std::uint32_t object = scene->object(w.object).file_index;
-          ASSERT_TRUE(oracle.clear_by({w.eye, w.point}, 0.1 * sampler.margin(), object)) << object;
+          ASSERT_FALSE(oracle.blocker_before({w.eye, w.point}, 0.1 * sampler.margin(), object,
+                                             world.source.objects[object]))
+              << object;
           ASSERT_LE(distance_to(cell, w.eye), sampler.margin());
           ASSERT_LE(distance_to(world.source.objects[object], w.point), sampler.margin());
           ++confirmed;

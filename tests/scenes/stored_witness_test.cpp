@@ -113,7 +113,8 @@ class Judge {
       const std::uint32_t position = scene_->object(witness.object).file_index;
       EXPECT_TRUE(node.cell.bounds().contains(witness.eye));
       EXPECT_LT(distance_to(scene_->object(witness.object).box, witness.point), margin);
-      const auto blocker = oracle_.blocker({witness.eye, witness.point}, margin, position);
+      const auto blocker = oracle_.blocker_before({witness.eye, witness.point}, margin, position,
+                                                  source_.objects[position]);
       EXPECT_FALSE(blocker.has_value())
           << "cell " << node.index << ": "
           << to_string(Violation{position, {witness.eye, witness.point}}) << ", but "

@@ -182,6 +182,39 @@ std::optional<RayOracle::Hit> RayOracle::blocker(const Segment& segment, double 
   return found;
 }
 
+bool RayOracle::not_behind(const Corners& end, const Triangle& t, const Vec3& eye, double margin) {
+  const double eye_height = dot(t.normal, eye - t.corner[0]);
+  if (std::abs(eye_height) <= margin) return false;
+  return std::all_of(end.begin(), end.end(), [&](const Vec3& corner) {
+    const double height = dot(t.normal, corner - t.corner[0]);
+    return (eye_height > 0 ? height : -height) > -1e-3 * margin;
+  });
+}
+
+std::optional<RayOracle::Hit> RayOracle::blocker_before(const Segment& segment, double margin,
+                                                        std::uint32_t position,
+                                                        const SourceObject& target) const {
+  // The triangles that it may end on.
+  std::vector<Corners> ends;
+  for (const auto& t : target.triangles) {
+    const Corners c{target.vertices[t[0]], target.vertices[t[1]], target.vertices[t[2]]};
+    const Vec3 normal = cross(c[1] - c[0], c[2] - c[0]);
+    bool over = std::abs(dot(normal, segment.to - c[0])) <= margin * length(normal);
+    for (int k = 0; k < 3; ++k)
+      over = over && dot(cross(c[(k + 1) % 3] - c[k], normal), segment.to - c[k]) <= 0;
+    if (over) ends.push_back(c);
+  }
+  std::optional<Hit> found;
+  traverse(segment, margin, [&](const Triangle& t) -> double {
+    if (t.object == position || !within(t, segment, margin)) return 1;
+    for (const Corners& end : ends)
+      if (not_behind(end, t, segment.from, margin)) return 1;
+    found = Hit{0, t.object, t.index};
+    return -1;
+  });
+  return found;
+}
+
 double RayOracle::margin_for(const Box& viewpoints) const {
   Box all = bounds_;
   all.add(viewpoints);

@@ -7,6 +7,7 @@
 // Threads: const after construction.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -42,6 +43,11 @@ class RayOracle {
   // below `margin`.
   std::optional<Hit> blocker(const Segment& segment, double margin,
                              std::uint32_t ignored = kNoObject) const;
+  // The same for a segment that ends on `target`, object `position`, and what does not count
+  // besides: triangles that the one it ends on is nowhere behind, by more than a thousandth of the
+  // margin. What coincides with a surface does not hide it.
+  std::optional<Hit> blocker_before(const Segment& segment, double margin, std::uint32_t position,
+                                    const SourceObject& target) const;
   bool clear_by(const Segment& segment, double margin, std::uint32_t ignored = kNoObject) const {
     return !blocker(segment, margin, ignored);
   }
@@ -71,6 +77,8 @@ class RayOracle {
   void build();
   template <class Visit>
   void traverse(const Segment& segment, double margin, Visit&& visit) const;
+  using Corners = std::array<Vec3, 3>;
+  static bool not_behind(const Corners& end, const Triangle& t, const Vec3& eye, double margin);
   static bool within(const Triangle& t, const Segment& segment, double margin);
 
   std::vector<Triangle> triangles_;

@@ -69,6 +69,38 @@ TEST(OccluderWidths, of_a_scene_without_occluders_say_nothing) {
   EXPECT_EQ(OccluderWidths::of_pieces(**scene).share_narrower_than(100), 0);
 }
 
+// A hall of tiles: none of its pieces is as wide as the cell, but all of them are one surface.
+TEST(SweepChoice, wide_cells_between_walls_of_small_tiles_get_shafts) {
+  constexpr int kTiles = 16;
+  SourceObject wall = box_object("wall", {{-1, -1, -1}, {1, 1, 1}});
+  wall.vertices.clear();
+  wall.triangles.clear();
+  for (int j = 0; j <= kTiles; ++j)  // bulging, so that no two tiles are one piece
+    for (int i = 0; i <= kTiles; ++i)
+      wall.vertices.push_back({10.0 * i - 80, 20 + 0.1 * ((i * i + 3 * j * j) % 7), 10.0 * j - 80});
+  for (std::uint32_t j = 0; j < kTiles; ++j)
+    for (std::uint32_t i = 0; i < kTiles; ++i) {
+      const std::uint32_t a = j * (kTiles + 1) + i, b = a + kTiles + 1;
+      wall.triangles.push_back({a, a + 1, b});
+      wall.triangles.push_back({b, a + 1, b + 1});
+    }
+  wall.two_sided = true;
+  SceneSource source;
+  source.objects = {wall, box_object("behind", {{-1, 30, -1}, {1, 31, 1}}, Role::kOnlyOccluded)};
+  const auto scene = build_scene(source);
+  ASSERT_TRUE(scene.ok());
+  const Cell cell = Cell::aligned({{-9, -9, -2}, {9, 9, 2}});
+  EXPECT_TRUE(all_narrow(OccluderWidths::of_pieces(**scene), cell));
+  EXPECT_FALSE(all_narrow(OccluderWidths::of_surfaces(**scene), cell));
+  EvaluatorSettings settings;
+  settings.max_rays = 0;
+  const CellDelta delta =
+      Evaluator(*scene, settings, ticks).evaluate({0, 1}, cell, all_occludees(**scene));
+  EXPECT_TRUE(had_its_turn(delta, Method::kSweep));
+  EXPECT_TRUE(had_its_turn(delta, Method::kShafts));
+  EXPECT_EQ(delta.hidden.count(), 1u);
+}
+
 TEST(SweepChoice, in_a_thicket_the_sweep_stands_in_for_projections) {
   const Place place(generate_forest({.trees = 400, .leaves = 1000, .cell_size = 2, .glades = 4}));
   const CellDelta by_projections = place.evaluate(kWithoutSweep, 0.1);

@@ -254,7 +254,7 @@ bool SightCheck::in_front_of(std::uint32_t target, std::uint32_t other, const Ve
 }
 
 bool SightCheck::clear_but_for(const Sightline& line, std::uint32_t triangle, double margin) const {
-  return clear_of_all_but(line, triangle, 1, margin, triangle);
+  return clear_of_all_but(line, triangle, 1, margin, kNoTriangle);
 }
 
 std::optional<SightCheck::Hit> SightCheck::first_hit(const Sightline& line) const {

@@ -73,7 +73,7 @@ class SightCheck {
   // that it is in_front_of(): what coincides with a surface does not hide it.
   bool clear(const Sightline& line, ObjectId ignored, double margin,
              std::uint32_t target = kNoTriangle) const;
-  // The same but for one triangle, which alone does not count: the segment ends on it.
+  // The same but for one triangle, which alone does not count; what coincides with it does.
   bool clear_but_for(const Sightline& line, std::uint32_t triangle, double margin) const;
   // Beyond doubt no point of the target is strictly behind the other's plane, as seen from the eye,
   // so that the other blocks no segment between them. Its corners may lie in that plane, exactly.
