@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Makes docs/reliability.md: reliability_page.py FAULTS.json KEPT.jsonl NEW.jsonl
 
-FAULTS are the rows of the table, NEW what the tests said just now, KEPT what they said last. A row
-of which NEW says something takes all of its figures from there; KEPT is written anew.
+FAULTS are the rows of the table, NEW what the tests said just now, KEPT what they said last. What a
+test says of a row in NEW takes the place of all that it said of it before; KEPT is written anew.
+A test that could not run says why; that counts for rows of which it never said anything else.
 """
 import json
 import os
@@ -20,8 +21,13 @@ def main(faults_path, kept_path, new_path):
     with open(faults_path, encoding="utf-8") as file:
         faults = json.load(file)
     new = lines(new_path)
-    told = {figure["row"] for figure in new}
-    figures = [f for f in lines(kept_path) if f["row"] not in told] + new
+    told = {(f["row"], f["test"]) for f in new if "skipped" not in f}
+    rows = {row for row, _ in told}
+    kept = [f for f in lines(kept_path)
+            if ((f["row"], f["test"]) not in told if "test" in f else f["row"] not in rows)]
+    figures = kept + [f for f in new if "skipped" not in f]
+    shown = rows | {f["row"] for f in kept}
+    skipped = {f["row"]: f["skipped"] for f in new if "skipped" in f and f["row"] not in shown}
     figures.sort(key=lambda figure: (figure["row"], figure["what"]))
     with open(kept_path, "w", encoding="utf-8") as file:
         for figure in figures:
@@ -46,6 +52,8 @@ def main(faults_path, kept_path, new_path):
             f'{"" if f["held"] else "**missed** "}{f["what"]}: {f["reached"]} (asked {f["asked"]})'
             for f in mine)
         counts = "" if not mine else "full" if all(f["full"] for f in mine) else "reduced"
+        if fault["row"] in skipped:
+            reached = "not run here: " + skipped[fault["row"]]
         print(f'| {fault["row"]} | {fault["fault"]} | {fault["asked"]} | '
               f'{reached or "not run here"} | {counts} |')
     if missing:

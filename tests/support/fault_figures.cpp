@@ -1,5 +1,6 @@
 #include "tests/support/fault_figures.hpp"
 
+#include <cerrno>  // program_invocation_short_name
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -16,7 +17,8 @@ void record(const FaultFigure& figure) {
   if (path == nullptr) return;
   const nlohmann::json line{{"row", figure.row},     {"what", figure.what},
                             {"asked", figure.asked}, {"reached", figure.reached},
-                            {"held", figure.held},   {"full", full_counts()}};
+                            {"held", figure.held},   {"full", full_counts()},
+                            {"test", program_invocation_short_name}};
   // One write of a whole line: tests of several processes share the file.
   std::ofstream(path, std::ios::app) << line.dump() + "\n" << std::flush;
 }

@@ -18,7 +18,7 @@ struct FaultFigure {
 };
 
 // Appends a line of JSON to the file that PVSFARM_FIGURES names; without it, does nothing. The line
-// also says whether the counts were full ones.
+// also says whether the counts were full ones, and which program it was.
 void record(const FaultFigure& figure);
 
 }  // namespace pvsfarm
