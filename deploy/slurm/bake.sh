@@ -30,7 +30,7 @@ done
 run=$(realpath "$out").farm
 mkdir -p "$run"
 chmod 700 "$run"
-rm -f "$run/state" "$run/endpoint"
+rm -f "$run/state" "$run/endpoint" "$run/coordinator.job" "$run/workers.job"
 bash "$here/../make_keys.sh" "$run/keys"
 
 coordinator=$(sbatch --parsable "${sbatch_options[@]}" --output="$run/coordinator.log" \

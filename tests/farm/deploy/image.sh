@@ -27,8 +27,7 @@ END
   printf '#!/bin/sh\nexec podman %s "$@"\n' "${storage[*]}" > "$folder/podman"
   chmod 755 "$folder" "$folder/podman"
   undo+=('umount "$kept/storage/overlay" 2> /dev/null || true')
-  ip netns add "$net"
-  undo+=('ip netns del "$net"')
+  add_namespace "$net"
   ip -n "$net" link set lo up
   # A namespace without an address confuses getaddrinfo.
   ip -n "$net" link add eth0 type veth peer name eth1
@@ -43,8 +42,10 @@ make_base() {
     say "making a base by debootstrap"
     debootstrap --variant=minbase bookworm "$folder/rootfs" > "$folder/debootstrap.log" 2>&1 ||
       skip "no base image: $(tail -n 1 "$folder/debootstrap.log")"
-    rm -rf "$folder"/rootfs/var/cache/apt/archives/*.deb
-    tar -C "$folder/rootfs" -cf "$kept/base.tar.new" .
+    # As Debian's slim images.
+    tar -C "$folder/rootfs" --exclude='./var/cache/apt/*' --exclude='./var/lib/apt/lists/*' \
+      --exclude='./usr/share/doc/*' --exclude='./usr/share/man/*' --exclude='./usr/share/info/*' \
+      --exclude='./usr/share/locale/*' -cf "$kept/base.tar.new" .
     mv "$kept/base.tar.new" "$kept/base.tar"
     rm -rf "$folder/rootfs"
   fi

@@ -9,8 +9,7 @@ in_net() { nsenter --net="/run/netns/$net-$1" "${@:2}"; }
 on_head() { SLURM_CONF=$folder/slurm.conf in_net head "$@"; }
 
 add_host() {  # NAME ADDRESS
-  ip netns add "$net-$1"
-  undo+=("ip netns del $net-$1")
+  add_namespace "$net-$1"
   ip -n "$net-$1" link set lo up
   ip -n "$net-$1" link add eth0 type veth peer name "to-$1" netns "$net-sw"
   ip -n "$net-$1" address add "$2/24" dev eth0
@@ -21,8 +20,7 @@ cut_link() { ip -n "$net-sw" link set "to-$1" down; }
 mend_link() { ip -n "$net-sw" link set "to-$1" up; }
 
 make_network() {
-  ip netns add "$net-sw"
-  undo+=("ip netns del $net-sw")
+  add_namespace "$net-sw"
   ip -n "$net-sw" link add br0 type bridge
   ip -n "$net-sw" link set br0 up
   add_host head "$head_ip"
@@ -67,7 +65,7 @@ start_cluster() {
 ClusterName=pvsfarm
 SlurmctldHost=$(hostname)($head_ip)
 AuthType=auth/munge
-AuthInfo=socket=$folder/munge/socket,cred_expire=5
+AuthInfo=socket=$folder/munge/socket,cred_expire=10
 CredType=cred/munge
 CryptoType=crypto/munge
 SlurmUser=root
@@ -84,11 +82,11 @@ SelectTypeParameters=CR_Core
 SchedulerParameters=batch_sched_delay=1,sched_interval=2,bf_interval=2
 ReturnToService=2
 SlurmctldTimeout=30
-SlurmdTimeout=10
+SlurmdTimeout=15
 KillWait=28
 MinJobAge=3600
 SlurmdParameters=config_overrides
-NodeName=DEFAULT CPUs=3 RealMemory=12000 State=UNKNOWN
+NodeName=DEFAULT CPUs=2 RealMemory=12000 State=UNKNOWN
 NodeName=n1 NodeHostname=$(hostname) NodeAddr=${node_ip[n1]} Port=17001
 NodeName=n2 NodeHostname=$(hostname) NodeAddr=${node_ip[n2]} Port=17002
 PartitionName=all Nodes=n1,n2 Default=YES MaxTime=INFINITE State=UP
@@ -104,3 +102,4 @@ END
   wait_for 30 nodes_idle || fail "the nodes did not come up: $(on_head sinfo -h)"
 }
 nodes_idle() { [ "$(on_head sinfo -h -t idle -o %D 2> /dev/null)" = 2 ]; }
+nodes_up() { on_head sinfo -h > /dev/null 2>&1; }

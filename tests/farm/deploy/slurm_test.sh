@@ -1,105 +1,131 @@
 #!/usr/bin/env bash
 # A bake by deploy/slurm on a real Slurm cluster of two nodes, whose daemons are killed, whose links
-# are cut and whose jobs are cancelled meanwhile: the store is the golden one.
-# PVSFARM_FULL=1: a larger scene, every fault three times, and the node that is cut off may be the
-# coordinator's.
+# are cut and whose jobs are cancelled and queued again meanwhile: the store is the golden one.
+# PVSFARM_FULL=1: every fault twice, the second time at the coordinator's own node.
 here=$(dirname "${BASH_SOURCE[0]}")
 source "$here/common.sh"
+source "$here/held_bake.sh"
 source "$here/slurm_cluster.sh"
+rows="24 25"
 need_root
 need slurmctld slurmd munged sbatch ip nsenter flock
 
 out=$folder/store/city.pvs
 run=$out.farm
-done_cells() {
-  on_head "$bin/pvsfarm" status "$(cat "$run/endpoint")" --json --key "$run/keys/admin.key" \
-    --server-key "$run/keys/farm.pub" 2> /dev/null |
-    sed -n 's/.*"cells_done":\([0-9]*\).*/\1/p'
+home() {  # the coordinator's node
+  case $(cat "$run/endpoint" 2> /dev/null) in
+    *"//${node_ip[n1]}:"*) echo n1 ;;
+    *"//${node_ip[n2]}:"*) echo n2 ;;
+    *) return 1 ;;
+  esac
 }
-reached() {
-  local n
+farm() {  # asked on its own node, which answers while its link is cut
   ! grep -qs failed "$run/state" || fail "$(cat "$run/state")"
-  n=$(done_cells)
-  [ -f "$out" ] || [ "${n:-0}" -ge $((cells * $1 / 100)) ]
+  in_net "$(home)" "$bin/pvsfarm" "$1" "$(cat "$run/endpoint")" "${@:2}" \
+    --key "$run/keys/admin.key" --server-key "$run/keys/farm.pub"
 }
-wait_percent() { wait_for 240 reached "$1" || fail "the bake did not reach $1 %"; }
-worker_log() { cat "$run/worker-$1.log" 2> /dev/null; }
-logged() { worker_log "$1" | grep -qF "$2"; }
+count() { grep -cF "$1" "$2" 2> /dev/null || true; }  # TEXT FILE: lines
+counts_more() { [ "$(count "$1" "$2")" -gt "$3" ]; }
 task() { echo "$(cat "$run/workers.job")_$1"; }
+running_task() {  # head or tail: the first or the last of those that run
+  on_head squeue -h -t R -j "$(cat "$run/workers.job")" -o %K | sort -n | "$1" -n 1
+}
 job_is() { on_head scontrol -o show job "$1" | grep -q "JobState=$2 "; }
-node_of() { on_head squeue -h -j "$1" -o %N; }
+node_is() { [[ $(on_head sinfo -h -n "$1" -o %T) =~ ^($2)$ ]]; }
 other_node() { [ "$1" = n1 ] && echo n2 || echo n1; }
 
 kill_slurmctld() {
+  next_fault "slurmctld killed"
   kill_daemon slurmctld
-  sleep 1
+  ! on_head scontrol ping | grep -q 'is UP' || fail "slurmctld still answers"
+  goes_on "without slurmctld"
   start_slurmctld
-  wait_for 20 on_head scontrol ping > /dev/null || fail "slurmctld did not come back"
+  wait_for 60 nodes_up || fail "slurmctld did not come back"
+  ctlds=$((ctlds + 1))
 }
-kill_slurmd() {
+kill_slurmd() {  # NODE
+  next_fault "slurmd of $1 killed"
   kill_daemon "slurmd-$1"
-  sleep 1
+  goes_on "without slurmd of $1"
   start_slurmd "$1"
+  wait_for 120 node_is "$1" 'idle|mixed|allocated' || fail "$1 did not come back"
+  slurmds=$((slurmds + 1))
 }
-cancel_task() {  # it finishes its cell and leaves
-  on_head scancel "$(task "$1")"
-  wait_for 30 logged "$1" "the worker ended with 0 (cancelled)" || fail "task $1 did not drain"
-  drained=$((drained + 1))
-}
-warn_task() {  # as Slurm does before a time limit: it leaves, and waits for its next turn
-  on_head scancel --batch --signal=USR1 "$(task "$1")"
-  wait_for 30 logged "$1" "the worker ended with 0 (limit)" || fail "task $1 did not drain"
-  wait_for 30 logged "$1" "more is to be done" || fail "task $1 was not queued again"
-  drained=$((drained + 1))
-}
-isolate() {  # NODE SECONDS
+cut_off() {  # NODE: until Slurm gives it up, and what ran there starts elsewhere
+  next_fault "$1 cut off"
   cut_link "$1"
-  sleep "$2"
+  wait_for 180 node_is "$1" 'down\*?' || fail "Slurm does not miss $1"
   mend_link "$1"
+  wait_for 180 node_is "$1" 'idle|mixed|allocated' || fail "$1 did not come back"
+  cuts=$((cuts + 1))
+}
+exec_on_head() { exec nsenter --net="/run/netns/$net-head" "$@"; }
+leaves() {  # TASK WHY COMMAND...: it finishes its cell and leaves with 0
+  local log=$run/worker-$1.log line="ended with 0 ($2)" before teller
+  before=$(count "$line" "$log")
+  SLURM_CONF=$folder/slurm.conf exec_on_head "${@:3}" & teller=$!
+  asked=$((asked + 1))
+  ! wait_for 60 counts_more "$line" "$log" "$before" || drained=$((drained + 1))
+  kill "$teller" 2> /dev/null || true  # scancel tries again while the job is being queued again
+  wait "$teller" || true
+}
+cancel_worker() {
+  next_fault "scancel of a worker"
+  index=$(running_task head)
+  leaves "$index" cancelled scancel "$(task "$index")"
+}
+warn_worker() {  # as Slurm does before a time limit: it leaves, and waits for its next turn
+  next_fault "a worker near its time limit"
+  index=$(running_task tail)
+  leaves "$index" limit scancel --batch --signal=USR1 "$(task "$index")"
+}
+requeue_coordinator() {  # as Slurm does for a job of more weight
+  local log=$run/coordinator.log line="the coordinator ended with 130" before
+  next_fault "the coordinator's job queued again"
+  before=$(count "$line" "$log")
+  on_head scontrol requeue "$(cat "$run/coordinator.job")"
+  wait_for 60 counts_more "$line" "$log" "$before" || fail "the coordinator did not end"
+  requeues=$((requeues + 1))
 }
 
-blocks=${PVSFARM_BLOCKS:-4} workers=4 rounds=1
-if full_counts; then blocks=5 rounds=3; fi
-make_golden "$blocks"
-say "golden: $cells cells"
+workers=8 rounds=1  # three workers find room at once
+! full_counts || rounds=2
+faults=$((6 * rounds))
+make_golden "${PVSFARM_BLOCKS:-3}" $((3 * faults / 2))
 make_network
 start_cluster
 mkdir -p "$folder/store"
-export PATH=$bin:$PATH PVSFARM_CACHE=$folder/cache PVSFARM_MAX_IDLE=15
+export PATH=$bin:$PATH PVSFARM_CACHE=$folder/cache PVSFARM_MAX_IDLE=30
 on_head bash "$source/deploy/slurm/bake.sh" --workers "$workers" \
   "$folder/city.obj" -o "$out" "${scene_options[@]}" --json > "$folder/submit.log"
 say "submitted"
-wait_percent 5
-home=$(node_of "$(cat "$run/coordinator.job")")
-say "the coordinator is on $home"
+begin_holding
+# Slurm itself forgets jobs of the last seconds when it is killed.
+kept() { [ "$folder/state/job_state" -nt "$folder/running" ]; }
+three_run() { [ "$(on_head squeue -h -t R -o %K -r 2> /dev/null | grep -c '[0-9]')" -ge 3 ]; }
+wait_for 120 three_run || fail "the workers did not start"
+touch "$folder/running"
+wait_for 120 kept || fail "Slurm does not keep its state"
 
-drained=0 killed_ctld=0 killed_slurmd=0 cuts=0
+asked=0 drained=0 ctlds=0 slurmds=0 cuts=0 requeues=0
 for ((round = 0; round < rounds; round++)); do
-  at() { echo $(((100 * round + $1) / rounds)); }
-  wait_percent "$(at 8)"
-  say "slurmctld killed"; kill_slurmctld; killed_ctld=$((killed_ctld + 1))
-  wait_percent "$(at 15)"
-  say "scancel"; cancel_task $((1 + round))
-  wait_percent "$(at 22)"
-  node=$([ $((round % 2)) -eq 0 ] && other_node "$home" || echo "$home")
-  say "slurmd of $node killed"; kill_slurmd "$node"; killed_slurmd=$((killed_slurmd + 1))
-  wait_percent "$(at 30)"
-  say "a task near its time limit"; warn_task 4
-  wait_percent "$(at 40)"
-  say "$node cut off"; isolate "$node" 14; cuts=$((cuts + 1))
+  kill_slurmctld
+  cancel_worker
+  kill_slurmd "$([ $((round % 2)) -eq 0 ] && other_node "$(home)" || home)"
+  warn_worker
+  cut_off "$([ $((round % 2)) -eq 0 ] && other_node "$(home)" || home)"
+  requeue_coordinator
 done
+last_fault_over
 
 finished() { [ -f "$out" ] && [ "$(cat "$run/state" 2> /dev/null)" = over ]; }
-wait_for 300 finished || fail "no store: $(cat "$run/state" 2> /dev/null)"
-say "finished"
+wait_for 900 finished || fail "no store: $(cat "$run/state" 2> /dev/null)"
 coordinator_done() { job_is "$(cat "$run/coordinator.job")" COMPLETED; }
 wait_for 60 coordinator_done || fail "the coordinator's job did not complete"
 
-faults="slurmctld killed $killed_ctld, slurmd killed $killed_slurmd, links cut $cuts times"
-record 25 "store after $faults" identical "$(identical "$out")"
-summary() { sed -n "s/.*\"$1\":\([0-9]*\).*/\1/p" "$run/coordinator.log" | tail -n 1; }
-bad=$(($(summary quarantined) + $(summary disagreements)))
-record 25 "cells given up or answered differently" 0 "$bad"
-record 24 "Slurm workers that left with 0 of $drained by scancel or time limit" "$drained" \
-  "$(cat "$run"/worker-*.log | grep -cE 'ended with 0 \((cancelled|limit)\)')"
+[ "$happened" -eq "$faults" ] || fail "$happened of $faults faults"
+record_store 25 "slurmctld killed $ctlds, slurmd killed $slurmds, a link cut $cuts, \
+coordinator queued again $requeues times" "$out" "$run/coordinator.log"
+record 24 "Slurm workers that left with 0 of $asked by scancel or before a time limit" \
+  "$asked" "$drained"
 exit "$missed"
