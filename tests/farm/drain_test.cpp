@@ -61,7 +61,7 @@ TEST_F(DrainTest, workers_that_are_asked_to_leave_lose_nothing) {
           .reached = std::to_string(left),
           .held = left == drains});
   record({.row = 24,
-          .what = "cells lost with them; the store's bytes",
+          .what = "cells lost with workers that left by SIGTERM; the store's bytes",
           .asked = "0; identical",
           .reached =
               std::to_string(result.lost) + "; " + (result.identical ? "identical" : "DIFFERENT"),

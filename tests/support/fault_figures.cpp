@@ -15,9 +15,12 @@ bool full_counts() {
 void record(const FaultFigure& figure) {
   const char* path = std::getenv("PVSFARM_FIGURES");
   if (path == nullptr) return;
-  const nlohmann::json line{{"row", figure.row},     {"what", figure.what},
-                            {"asked", figure.asked}, {"reached", figure.reached},
-                            {"held", figure.held},   {"full", full_counts()},
+  const nlohmann::json line{{"row", figure.row},
+                            {"what", figure.what},
+                            {"asked", figure.asked},
+                            {"reached", figure.reached},
+                            {"held", figure.held},
+                            {"full", full_counts()},
                             {"test", program_invocation_short_name}};
   // One write of a whole line: tests of several processes share the file.
   std::ofstream(path, std::ios::app) << line.dump() + "\n" << std::flush;
