@@ -139,7 +139,17 @@ bool FarmFixture::reaches(std::uint64_t cells, double limit_s) const {
 
 FarmFixture::Outcome FarmFixture::outcome(Process& coordinator, double limit_s) const {
   Outcome outcome;
-  const int code = coordinator.wait(limit_s);
+  const auto done_so_far = [&] {
+    std::optional<StatusReport> report;
+    wait_until(30, [&] { return (report = status()) || !coordinator.running(); });
+    return report ? report->cells_done : 0;
+  };
+  int code = -1;
+  for (bool advances = true; code < 0 && advances;) {
+    const std::uint64_t before = done_so_far();
+    code = coordinator.wait(limit_s);
+    advances = code < 0 && done_so_far() > before;
+  }
   EXPECT_EQ(code, 0) << coordinator.err();
   outcome.finished = code == 0;
   if (code != 0 && code != 6) {

@@ -367,7 +367,7 @@ TEST_F(OperationsTest, the_time_left_is_told_right_of_bakes_of_today) {
       command.push_back(word);
     command.insert(command.end(), today.cells.begin(), today.cells.end());
     Process bake(command, log("bake"));
-    ASSERT_EQ(bake.wait(1500), 0) << bake.err();
+    ASSERT_EQ(bake.wait(3500), 0) << bake.err();
     const auto trace = read_bake_trace(base + ".json");
     ASSERT_TRUE(trace.ok()) << trace.error().text;
     EXPECT_TRUE(trace->finished);

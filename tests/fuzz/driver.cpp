@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <fstream>
 #include <iterator>
 
@@ -226,7 +227,8 @@ int fuzz(const Options& options) {
   if (kSanitized)
     record({.row = 21,
             .what = std::string(kTarget) + ", findings under ASan and UBSan in " +
-                    std::to_string(static_cast<int>(options.seconds)) + " s, " +
+                    std::to_string(static_cast<int>(options.seconds)) + " s, of them " +
+                    std::to_string(std::clock() / CLOCKS_PER_SEC) + " s of processor time, " +
                     std::to_string(runs) + " inputs, " +
                     std::to_string(corpus.size() - seed_count) +
                     " of them kept for what they reached, branches " +
