@@ -109,8 +109,13 @@ TEST_F(OperationsTest, a_pause_keeps_workers_and_hands_out_nothing) {
   Crew workers = crew("worker");
   start_slow(workers);
   command("pause");
-  ASSERT_TRUE(wait_until(60, [&] { return answered().cells_leased == 0; }));
-  const StatusReport paused = answered();
+  StatusReport paused;
+  // Nor with a worker that is thought lost and will come back with what it has.
+  ASSERT_TRUE(wait_until(60, [&] {
+    paused = answered();
+    return paused.cells_leased == 0 && paused.workers.size() == 1 &&
+           paused.workers[0].state == "idle";
+  }));
   EXPECT_EQ(paused.state, "paused");
   EXPECT_GT(paused.cells_open, 0u);
   EXPECT_EQ(paused.workers.size(), 1u);
