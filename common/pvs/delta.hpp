@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "common/base/ids.hpp"
 #include "common/pvs/hints.hpp"
 #include "common/pvs/method.hpp"
+#include "common/pvs/rounds.hpp"
 #include "common/pvs/visible_set.hpp"
 
 namespace pvsfarm {
@@ -21,6 +23,7 @@ struct CellStatistics {
   // Objects proved hidden that a witness then showed: they stay visible. Not 0: a bug.
   std::uint32_t contradictions = 0;
   StatisticsByMethod methods{};
+  std::vector<CascadeRound> rounds;  // in their order; their figures add up to the methods'
 };
 
 struct CellDelta {

@@ -88,9 +88,9 @@ struct ExplainFinding {
     Box box;  // world, around the part; a group's box if objects were hidden as a group
     std::uint32_t objects = 1;  // in the group
     PlanePlace plane;
-    double depth_m = 0;             // beyond the plane: the nearest that the part can be
-    double pixels = 0;              // that the part's views touch, those outside the map included
-    double covered = 0;             // share of them that matter before the part covers: 1 if hidden
+    double depth_m = 0;  // beyond the plane: the nearest that the part can be
+    double pixels = 0;   // that the part's views touch, those outside the map included
+    double covered = 0;  // share of them that matter before the part covers: 1 if hidden
     // What covers the pixels has no Projection of its own (sheets, sections, re-projected maps):
     // shares, and `covered`, are of lines from all over the cell to all over the part.
     bool by_lines = false;
@@ -103,6 +103,7 @@ struct ExplainFinding {
   std::vector<SightLine> unblocked;  // at most kMaxUnblocked
   // The PVS that this evaluation comes to: what the cell's halves start from.
   VisibleSet visible;
+  std::vector<CascadeRound> rounds;  // of this evaluation, without times
 };
 inline constexpr std::size_t kMaxBlockers = 16;
 inline constexpr std::size_t kMaxUnblocked = 16;

@@ -131,6 +131,8 @@ bool unpack_explain(const proto::ExplainFinding& in, std::uint32_t objects, Expl
   Result<VisibleSet> visible = decode_visible_set(std::as_bytes(std::span(in.visible())), objects);
   if (!visible || visible->universe() != objects) return false;
   out.visible = std::move(visible).value();
+  if (!in.rounds().empty() && !decode_rounds(std::as_bytes(std::span(in.rounds())), out.rounds))
+    return false;
   out.found_afterwards = in.found_afterwards();
   out.lines_checked = in.lines_checked();
   for (const proto::Segment& line : in.unblocked())
@@ -188,6 +190,8 @@ Bytes encode_finding(const ExplainFinding& finding) {
     pack_line(finding.unblocked[i], *out.add_unblocked());
   const std::vector<std::byte> visible = encode(finding.visible);
   out.set_visible(visible.data(), visible.size());
+  const std::vector<std::byte> rounds = encode_rounds(finding.rounds);
+  out.set_rounds(rounds.data(), rounds.size());
   return bytes_of(message);
 }
 

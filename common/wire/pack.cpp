@@ -73,6 +73,7 @@ void pack_statistics(const CellStatistics& statistics, proto::Statistics& out) {
   out.set_occluders_skipped(statistics.occluders_skipped);
   out.set_box_tests(statistics.box_tests);
   out.set_contradictions(statistics.contradictions);
+  if (!statistics.rounds.empty()) out.set_rounds(bytes_of(encode_rounds(statistics.rounds)));
   if (statistics.methods == StatisticsByMethod{}) return;
   for (const MethodStatistics& method : statistics.methods) {
     proto::MethodStatistics& to = *out.add_methods();

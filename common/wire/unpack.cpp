@@ -99,6 +99,8 @@ bool unpack_statistics(const proto::Statistics& in, CellStatistics& out) {
   out.box_tests = in.box_tests();
   out.contradictions = in.contradictions();
   if (in.methods_size() != 0 && in.methods_size() != kMethodCount) return false;
+  if (!in.rounds().empty() && !decode_rounds(std::as_bytes(std::span(in.rounds())), out.rounds))
+    return false;
   for (int i = 0; i < in.methods_size(); ++i)
     if (!unpack_method(in.methods(i), out.methods[static_cast<std::size_t>(i)])) return false;
   return std::isfinite(out.cpu_ms) && out.cpu_ms >= 0;

@@ -103,6 +103,32 @@ Json methods_json(const StoreFigures& s, Methods used) {
   return methods;
 }
 
+Json rounds_json(const StoreFigures& s) {
+  Json rounds = Json::array();
+  for (const RoundFigures& round : s.cost.rounds.all())
+    rounds.push_back(Json::parse(json_of(round)));
+  return rounds;
+}
+
+// What the cascades chose and what came of it, a cell that came to it.
+void put_rounds(std::ostream& out, const StoreFigures& s) {
+  out << "round, a cell       of cells    planes   open objects   hidden     seen        ms\n";
+  for (const RoundFigures& r : s.cost.rounds.all()) {
+    const std::string name = std::string(to_string(r.method)) + ' ' + std::to_string(r.turn + 1);
+    out << "  " << std::left << std::setw(18) << name << std::right << std::setw(8)
+        << fixed(100 * per(r.cells, s.evaluated), 1) << '%';
+    const auto put = [&](double value, int width, int decimals) {
+      out << std::setw(width) << fixed(value, decimals);
+    };
+    put(per(r.planes, r.cells), 9, 1);
+    put(per(r.open_objects, r.cells), 15, 1);
+    put(per(r.hidden_objects, r.cells), 9, 1);
+    put(per(r.seen_objects, r.cells), 9, 1);
+    put(per(r.cpu_ms, r.cells), 10, 2);
+    out << '\n';
+  }
+}
+
 Json leaves_json(const StoreFigures& s) {
   Json leaves = Json::object();
   for (int i = 1; i < kLeafReasonCount; ++i)
@@ -164,6 +190,7 @@ std::string bake_summary_json(const std::string& output, const BakeSummary& s, M
                   {"leaves_by_reason", leaves_json(store)},
                   {"merged_cells", store.merged_parts},
                   {"methods", methods_json(store, used)},
+                  {"rounds", rounds_json(store)},
                   {"methods_left_out", left_out_json(store, used)},
                   {"bytes", s.file_bytes},
                   {"seconds", s.seconds},
@@ -182,6 +209,7 @@ std::string bake_summary_text(const std::string& output, const BakeSummary& s, M
       << " triangles, " << fixed(s.culled_percent, 1) << " % culled\n";
   put_gap(out, s.store);
   put_methods(out, s.store, used);
+  if (verbosity > 0) put_rounds(out, s.store);
   put_not_computed(out, s.store, used);
   out << "time: " << duration_text(s.seconds) << ", " << fixed(s.worker_cpu_ms_per_cell, 1)
       << " ms of CPU a cell";

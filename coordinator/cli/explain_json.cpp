@@ -2,6 +2,7 @@
 
 #include "coordinator/cli/explain_text.hpp"
 #include "coordinator/cli/file_cell.hpp"
+#include "coordinator/merger/round_figures.hpp"
 
 namespace pvsfarm {
 namespace {
@@ -80,6 +81,11 @@ class Turned {
       out["unblocked"] = Json::array();
       for (const SightLine& line : f.unblocked) out["unblocked"].push_back(of(line));
     }
+    RoundSums rounds;
+    rounds.add(f.rounds);
+    out["rounds"] = Json::array();
+    for (const RoundFigures& round : rounds.all())
+      out["rounds"].push_back(Json::parse(json_of(round)));
     return out;
   }
 

@@ -39,6 +39,7 @@ class Writer {
     for (std::size_t i = 0; i < e_.pieces.size(); ++i) {
       if (e_.pieces.size() > 1) piece_title(i);
       finding(e_.pieces[i].finding);
+      rounds(e_.pieces[i].finding.rounds);
     }
     disagreement();
     return std::move(out_);
@@ -164,6 +165,25 @@ class Writer {
     }
     line("The plane that comes nearest to hiding it:");
     plane(f, f.parts[0]);
+  }
+
+  // What the evaluation tried of which the answer is part, and what came of it.
+  void rounds(const std::vector<CascadeRound>& rounds) {
+    if (rounds.empty()) return;
+    line("\nThe cell was tried with, in turn:");
+    for (const CascadeRound& r : rounds) {
+      std::string text = "  " + std::string(to_string(r.method));
+      text.resize(std::max<std::size_t>(text.size(), 18), ' ');
+      text += " of " + counted(r.open_objects, "open object", "open objects");
+      if (r.hidden_objects > 0) text += ", " + grouped(r.hidden_objects) + " hidden";
+      if (r.seen_objects > 0) text += ", " + grouped(r.seen_objects) + " seen";
+      if (r.hidden_objects + r.seen_objects == 0) text += ", none settled";
+      if (r.maps.planes > 0)
+        text += "; " + counted(r.maps.planes, "plane", "planes") + " of " +
+                std::to_string(r.maps.resolution_px) + " pixels, " + metres(r.maps.nearest_m) +
+                " to " + metres(r.maps.farthest_m);
+      line(text);
+    }
   }
 
   void disagreement() {

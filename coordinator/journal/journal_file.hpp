@@ -11,7 +11,7 @@
 namespace pvsfarm {
 
 inline constexpr std::uint32_t kJournalId = 0x5056534a;  // "PVSJ", in the header of the database
-inline constexpr std::uint32_t kJournalFormat = 4;
+inline constexpr std::uint32_t kJournalFormat = 5;
 
 bool file_exists(const std::string& path);
 

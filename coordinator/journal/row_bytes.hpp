@@ -8,7 +8,8 @@
 
 namespace pvsfarm {
 
-// LEB128 numbers and the bits of doubles, in the order of the fields; each method in its order.
+// LEB128 numbers and the bits of doubles, in the order of the fields; each method in its order,
+// then the rounds (common/pvs/rounds.hpp).
 std::vector<std::byte> encode(const CellStatistics& statistics);
 // False: no such bytes (cut short, too long, a number out of its range).
 bool decode_statistics(std::span<const std::byte> bytes, CellStatistics& out);

@@ -125,6 +125,7 @@ void add_figures(const From& from, CostFigures& sum) {
     sum.methods[i].work += method.work;
     sum.methods[i].cpu_ms += method.cpu_ms;
   }
+  sum.rounds.add(from.rounds);
 }
 
 }  // namespace

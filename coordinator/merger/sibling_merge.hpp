@@ -17,6 +17,7 @@
 
 #include "common/pvs/delta.hpp"
 #include "common/pvs/store_writer.hpp"
+#include "coordinator/merger/round_figures.hpp"
 #include "coordinator/tree/tree.hpp"
 
 namespace pvsfarm {
@@ -31,6 +32,7 @@ struct CostFigures {
   double cpu_ms = 0;
   std::uint64_t contradictions = 0;  // objects a certificate hid and a witness saw
   std::array<MethodFigures, kMethodCount> methods;
+  RoundSums rounds;
   void add(const CellStatistics& statistics);
   void add(const CostFigures& other);
 };

@@ -32,6 +32,10 @@ std::string statistics_line(std::uint64_t node, const SubtreeNode& part) {
                ",\"work\":" + std::to_string(m.work) + ",\"ms\":" + number(m.cpu_ms) + "}";
   }
   if (!methods.empty()) line += ",\"methods\":{" + methods + "}";
+  std::string rounds;
+  for (const RoundFigures& round : part.cost.rounds.all())
+    rounds += (rounds.empty() ? "" : ",") + json_of(round);
+  if (!rounds.empty()) line += ",\"rounds\":[" + rounds + "]";
   return line + "}\n";
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/pvs/hints_file.hpp"
@@ -44,8 +45,11 @@ class StoreBuild {
   const StoreFigures& figures() const { return figures_; }
   // One JSON line a node, N its number in canonical order; only methods that did anything:
   // {"cell":N,"ms":..,"methods":{"projection":{"hidden":[objects,triangles],"seen":[..],
-  // "work":..,"ms":..}}}; "parts": the cells merged into it, whose figures are in the sums.
+  // "work":..,"ms":..}},"rounds":[..]}; "parts": the cells merged into it, whose figures are in the
+  // sums. Rounds are told in their order, with what they had to work with (round_figures.hpp).
   const std::string& statistics_lines() const { return lines_; }
+  // Those since they were taken last: a large store's would fill the memory.
+  std::string take_statistics_lines() { return std::exchange(lines_, {}); }
 
  private:
   struct Expected {

@@ -163,13 +163,18 @@ Status write_store(const Running& running, const BakeJob& job, const Digest& bak
     if (!created) return created.error();
     hints = std::move(created).value();
   }
+  auto statistics = AtomicFile::create(job.output + ".stats");
+  if (!statistics) return statistics.error();
   StoreBuild build(*running.tree, running.root_ids, **writer, hints.get());
-  Status added = running.journal->for_each([&](const ResultRow& row) { return build.add(row); });
+  Status added = running.journal->for_each([&](const ResultRow& row) {
+    if (Status status = build.add(row); !status) return status;
+    return (*statistics)->write(build.take_statistics_lines());
+  });
   if (!added) return added;
   if (Status status = build.finish(); !status) return status;
+  if (Status status = (*statistics)->write(build.take_statistics_lines()); !status) return status;
   // The statistics first: when the store is there, everything is.
-  if (Status status = write_file(job.output + ".stats", build.statistics_lines()); !status)
-    return status;
+  if (Status status = (*statistics)->commit(); !status) return status;
   if (Status status = (*writer)->finish(); !status) return status;
   if (hints)
     if (Status status = bind_hints(*hints, job.output); !status) return status;

@@ -97,11 +97,15 @@ TEST_F(ExplainCommand, a_hidden_building_has_blockers_that_cover_it_all) {
       EXPECT_EQ(part.at("covered"), 1);
       EXPECT_FALSE(part.at("blockers").empty());
     }
+    // What was tried, as the bake's statistics tell it, too, but for the time it took there.
+    ASSERT_FALSE(piece.at("rounds").empty());
+    EXPECT_GT(piece.at("rounds").at(0).at("open").at(0), 0);
   }
   const std::string picture = folder_ + "/why.png";
   const std::string text = explain({"--cell", "0", "--object", name, "--picture", picture});
   EXPECT_EQ(text.rfind(name + " is hidden from cell 0.\n", 0), 0u) << text;
   EXPECT_NE(text.find("opaque triangles block them all."), std::string::npos);
+  EXPECT_NE(text.find("\nThe cell was tried with, in turn:\n"), std::string::npos) << text;
   EXPECT_GT(fs::file_size(picture), 5000u);
 }
 

@@ -69,11 +69,13 @@ TEST(RowBytes, no_byte_can_move_from_one_set_to_the_other) {
 TEST(RowBytes, statistics_cut_short_or_followed_by_more_are_refused) {
   CellStatistics statistics{.cpu_ms = 3.5, .planes = 4'000'000'000};
   statistics.methods[4] = {.hidden_triangles = ~0ull, .cpu_ms = 1e300};
+  statistics.rounds = {{.method = Method::kImproved, .work = 7, .cpu_ms = 2}};
   std::vector<std::byte> bytes = encode(statistics);
   CellStatistics back;
   ASSERT_TRUE(decode_statistics(bytes, back));
   EXPECT_EQ(back.planes, 4'000'000'000u);
   EXPECT_TRUE(back.methods == statistics.methods);
+  EXPECT_EQ(back.rounds, statistics.rounds);
   for (std::size_t size = 0; size < bytes.size(); ++size)
     EXPECT_FALSE(decode_statistics(std::span(bytes).first(size), back)) << size;
   bytes.push_back(std::byte{0});

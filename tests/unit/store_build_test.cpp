@@ -224,6 +224,35 @@ TEST(StoreBuild, statistics_of_merged_cells_are_in_the_line_of_what_they_became)
             "\"seen\":[1,0],\"work\":3,\"ms\":0.500}}}\n");
 }
 
+TEST(StoreBuild, the_turns_of_merged_cells_add_up_turn_by_turn) {
+  Answers answers = two_leaves(objects({0, 1}), objects({0, 1}));
+  const CascadeRound rays{.method = Method::kAimedRays, .open_objects = 9, .seen_objects = 2};
+  const CascadeRound planes{.method = Method::kFineProjection,
+                            .maps = {6, 256, 40, 5, 80, 1.25f},
+                            .open_objects = 7,
+                            .hidden_objects = 3,
+                            .hidden_triangles = 36,
+                            .work = 50,
+                            .cpu_ms = 0.5f};
+  CascadeRound nearer = planes;
+  nearer.maps.nearest_m = 2;
+  answers.at({0, 2}).statistics.rounds = {rays, planes};
+  answers.at({0, 3}).statistics.rounds = {planes, rays, nearer};
+  const std::string first =
+      "{\"method\":\"aimed-rays\",\"cells\":2,\"open\":[18,0],\"seen\":[4,0],"
+      "\"work\":0}";
+  const std::string second =
+      "{\"method\":\"fine-projection\",\"cells\":2,\"open\":[14,0],\"hidden\":[6,72],\"work\":100,"
+      "\"ms\":1.000,\"planes\":12,\"px\":256,\"occluders\":80,\"from_m\":5.00,\"to_m\":80.00,"
+      "\"extent\":1.25}";
+  const std::string third =
+      "{\"method\":\"fine-projection\",\"open\":[7,0],\"hidden\":[3,36],\"work\":50,\"ms\":0.500,"
+      "\"planes\":6,\"px\":256,\"occluders\":40,\"from_m\":2.00,\"to_m\":80.00,\"extent\":1.25}";
+  EXPECT_EQ(build(answers, one_split(0)).lines,
+            "{\"cell\":0,\"ms\":3.000,\"parts\":2,\"rounds\":[" + first + ',' + second + ',' +
+                third + "]}\n");
+}
+
 std::uint64_t triangles_of(const VisibleSet& set) {
   std::uint64_t sum = 0;
   set.for_each([&](ObjectId id) { sum += kTriangles[index_of(id)]; });

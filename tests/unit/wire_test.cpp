@@ -188,14 +188,32 @@ TEST(Wire, a_delta_keeps_what_was_seen_and_by_which_method) {
   StatisticsByMethod& methods = begin.deltas[0].statistics.methods;
   for (std::uint32_t i = 0; i < kMethodCount; ++i)
     methods[i] = {i, i + 10, 1ull << (33 + i), i + 20, i + 30, i + 0.5};
+  begin.deltas[0].statistics.rounds = {
+      {.method = Method::kSweep, .maps = {9, 1024, 0, 5, 80, 1.1f}, .hidden_objects = 4}};
   const Frames frames = encode({}, begin);
   const auto decoded = decode(view(frames.header), view(frames.body)).value();
   const DeltaHead back = std::get<ResultBegin>(decoded.message).deltas.at(0);
+  EXPECT_EQ(back.statistics.rounds, begin.deltas[0].statistics.rounds);
   EXPECT_EQ(back.seen_bytes, 7u);
   EXPECT_EQ(back.hint_bytes, 8u);
   EXPECT_EQ(back.point_triangles, 1ull << 40);
   EXPECT_EQ(back.statistics.contradictions, 3u);
   EXPECT_TRUE(back.statistics.methods == methods);
+}
+
+TEST(Wire, the_most_that_a_task_may_tell_of_its_rounds_fits_into_a_message) {
+  CascadeRound round{.method = Method::kShafts};
+  round.maps.planes = round.maps.resolution_px = round.maps.occluders = ~0u;
+  round.open_objects = round.hidden_objects = round.seen_objects = ~0u;
+  round.open_triangles = round.hidden_triangles = round.seen_triangles = round.work = ~0ull;
+  DeltaHead head{CellKey{~0u, ~0ull >> 2}, 1, 1, ~0ull, {.cpu_ms = 1, .planes = ~0u}, 1};
+  head.statistics.rounds.assign(kMaxRounds, round);
+  head.statistics.methods.fill({~0u, ~0u, ~0ull, ~0ull, ~0ull, 1});
+  ResultBegin begin{.lease = LeaseId{5}, .bytes = 3 * kMaxTaskCells};
+  begin.deltas.assign(kMaxTaskCells, head);
+  const Frames frames = encode({}, begin);
+  EXPECT_LE(frames.body.size(), kMaxBodyBytes);
+  EXPECT_TRUE(decode(view(frames.header), view(frames.body)).ok());
 }
 
 TEST(Wire, an_explanation_is_asked_for_alone) {

@@ -31,52 +31,72 @@ std::uint64_t Cascade::triangles(const VisibleSet& set) const {
   return sum;
 }
 
-void Cascade::begin(Method method) {
+void Cascade::begin(Method method, const MapsUsed& maps) {
   method_ = method;
+  maps_ = maps;
+  credited_.clear();
+  credited_work_ = 0;
+  credited_ms_ = 0;
   open_before_ = open_;
+  open_triangles_before_ = open_triangles();
   started_ms_ = clock_ != nullptr ? clock_() : 0;
 }
 
-void Cascade::credit(Method method, std::span<const ObjectId> objects, std::uint64_t work) {
+void Cascade::credit(Method method, std::span<const ObjectId> objects, std::uint64_t work,
+                     double cpu_ms) {
   credited_method_ = method;
   credited_.assign(objects.begin(), objects.end());
-  statistics_.methods[static_cast<std::size_t>(method)].work += work;
+  credited_work_ = work;
+  credited_ms_ = cpu_ms;
 }
 
-// Books the credited of the objects hidden, and takes them from the set.
-std::uint64_t Cascade::book_credited(VisibleSet& hidden) {
-  MethodStatistics& other = statistics_.methods[static_cast<std::size_t>(credited_method_)];
-  std::uint64_t triangles = 0;
+// The credited of the objects hidden, which it takes from the set.
+CascadeRound Cascade::take_credited(VisibleSet& hidden) const {
+  CascadeRound round{.method = credited_method_, .work = credited_work_};
   for (const ObjectId id : credited_) {
     if (!hidden.contains(id)) continue;
     hidden.remove(id);
-    ++other.hidden_objects;
-    triangles += scene_.object(id).triangle_count;
+    ++round.hidden_objects;
+    round.hidden_triangles += scene_.object(id).triangle_count;
   }
-  other.hidden_triangles += triangles;
-  credited_.clear();
-  return triangles;
+  return round;
+}
+
+void Cascade::book(CascadeRound round, double cpu_ms) {
+  MethodStatistics& own = statistics_.methods[static_cast<std::size_t>(round.method)];
+  own.hidden_objects += round.hidden_objects;
+  own.seen_objects += round.seen_objects;
+  own.hidden_triangles += round.hidden_triangles;
+  own.seen_triangles += round.seen_triangles;
+  own.work += round.work;
+  own.cpu_ms += cpu_ms;
+  visible_triangles_ -= round.hidden_triangles;
+  seen_triangles_ += round.seen_triangles;
+  round.maps = maps_;
+  round.open_objects = open_before_.count();
+  round.open_triangles = open_triangles_before_;
+  round.cpu_ms = static_cast<float>(cpu_ms);
+  append_round(statistics_.rounds, round);
 }
 
 void Cascade::end(const VisibleSet& seen, std::uint64_t work, double nominal_ms) {
   open_.remove_all(seen);
-  VisibleSet settled = std::move(open_before_);
+  VisibleSet settled = open_before_;
   settled.remove_all(open_);
   VisibleSet now_seen = settled;
   now_seen.keep_only(seen);
   settled.remove_all(now_seen);  // what is left was proved hidden
-  const std::uint64_t credited_triangles = book_credited(settled);
-
-  MethodStatistics& own = statistics_.methods[static_cast<std::size_t>(method_)];
-  own.hidden_objects += settled.count();
-  own.seen_objects += now_seen.count();
-  const std::uint64_t hidden_triangles = triangles(settled), seen_triangles = triangles(now_seen);
-  own.hidden_triangles += hidden_triangles;
-  own.seen_triangles += seen_triangles;
-  own.work += work;
-  if (clock_ != nullptr) own.cpu_ms += clock_() - started_ms_;
-  visible_triangles_ -= hidden_triangles + credited_triangles;
-  seen_triangles_ += seen_triangles;
+  const CascadeRound credited = take_credited(settled);
+  const CascadeRound own{.method = method_,
+                         .hidden_objects = settled.count(),
+                         .seen_objects = now_seen.count(),
+                         .hidden_triangles = triangles(settled),
+                         .seen_triangles = triangles(now_seen),
+                         .work = work};
+  const double all_ms = clock_ != nullptr ? clock_() - started_ms_ : 0;
+  const double credited_ms = std::min(credited_ms_, all_ms);
+  book(own, all_ms - credited_ms);
+  if (credited.work > 0) book(credited, credited_ms);
   nominal_ms_ += nominal_ms;
 }
 

@@ -40,12 +40,14 @@ class Cascade {
   VisibleSet& open() { return open_; }
   CellStatistics& statistics() { return statistics_; }
 
-  // Brackets the work of a method; `end` books what left `open` meanwhile: `seen` (all objects
-  // witnessed so far) to the seen, the rest to the hidden.
-  void begin(Method method);
+  // Brackets the work of a method, a round of the statistics; `end` books what left `open`
+  // meanwhile: `seen` (all objects witnessed so far) to the seen, the rest to the hidden.
+  void begin(Method method, const MapsUsed& maps = {});
+  // Within a bracket: what its method works on.
+  void works_on(const MapsUsed& maps) { maps_ = maps; }
   // Within the bracket of another: what of `objects` is proved hidden in it is due to this method,
-  // which did so much of the work. Its time stays with the bracket's own.
-  void credit(Method method, std::span<const ObjectId> objects, std::uint64_t work);
+  // which did so much of the work, in so much of its time.
+  void credit(Method method, std::span<const ObjectId> objects, std::uint64_t work, double cpu_ms);
   void end(const VisibleSet& seen, std::uint64_t work, double nominal_ms);
 
   std::uint64_t visible_triangles() const { return visible_triangles_; }
@@ -62,7 +64,8 @@ class Cascade {
   CellDelta finish(const CellKey& key, const VisibleSet& seen);
 
  private:
-  std::uint64_t book_credited(VisibleSet& hidden);
+  void book(CascadeRound round, double cpu_ms);
+  CascadeRound take_credited(VisibleSet& hidden) const;
   std::uint64_t triangles(const VisibleSet& set) const;
 
   const Scene& scene_;
@@ -72,8 +75,11 @@ class Cascade {
   VisibleSet visible_, open_, open_before_;
   CellStatistics statistics_;
   Method method_ = Method::kProjection, credited_method_ = Method::kProjection;
+  MapsUsed maps_;
+  std::uint64_t open_triangles_before_ = 0;
   std::vector<ObjectId> credited_;
-  double started_ms_ = 0, nominal_ms_ = 0;
+  std::uint64_t credited_work_ = 0;
+  double started_ms_ = 0, credited_ms_ = 0, nominal_ms_ = 0;
   std::uint64_t visible_triangles_ = 0, seen_triangles_ = 0;
 };
 

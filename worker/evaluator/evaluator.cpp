@@ -50,17 +50,17 @@ struct Evaluator::State {
   State(std::shared_ptr<const Scene> the_scene, const EvaluatorSettings& the_settings,
         CpuClock the_clock)
       : scene(std::move(the_scene)), settings(the_settings), clock(the_clock), ranking(*scene) {
+    const ProjectionEffort effort = effort_of(settings);
     if (settings.methods.has(Method::kProjection) || settings.methods.has(Method::kFineProjection))
-      projection = std::make_unique<ProjectionProver>(*scene, ranking, effort_of(settings));
+      projection = std::make_unique<ProjectionProver>(*scene, ranking, effort, clock);
     if (settings.methods.has(Method::kSurfaces))
-      surfaces =
-          std::make_unique<ProjectionProver>(*scene, ranking, with_surfaces(effort_of(settings)));
+      surfaces = std::make_unique<ProjectionProver>(*scene, ranking, with_surfaces(effort), clock);
     if (settings.methods.has(Method::kShafts))
       shafts = std::make_unique<ShaftProver>(*scene, ShaftEffort{.near_m = settings.near_m});
     if (settings.methods.has(Method::kSlices)) {
       slices = std::make_unique<SliceCover>(*scene);
       if (!settings.methods.has(Method::kProjection))
-        bare_maps = std::make_unique<ProjectionProver>(*scene, ranking, bare(effort_of(settings)));
+        bare_maps = std::make_unique<ProjectionProver>(*scene, ranking, bare(effort), clock);
     }
     if (settings.methods.has(Method::kSweep)) {
       sweep = std::make_unique<SweepProver>(*scene, sweep_effort(settings));
@@ -136,6 +136,7 @@ void Evaluator::State::view(const CellKey& key, const Cell& cell, Cascade& casca
     cascade.begin(Method::kItemBuffers);
     const std::uint32_t open_before = cascade.open().count();
     const Vec3 eye = viewpoint(cell, k, random);
+    cascade.works_on({.resolution_px = static_cast<std::uint32_t>(settings.item_buffer_px)});
     const auto& shown = views->look(eye, settings.near_m, cascade.visible(), cascade.open());
     sampler->consider(eye, shown);
     const ItemViews::Cost cost = views->cost();
@@ -175,13 +176,15 @@ void Evaluator::State::prove(ProjectionProver& prover, Step step, Method method,
                              Cascade& cascade, Evidence* evidence) {
   if (evidence != nullptr && cascade.open().contains(evidence->object)) evidence->method = method;
   CellStatistics& statistics = cascade.statistics();
-  const CellStatistics before = statistics;
+  const std::uint32_t tests_before = statistics.box_tests, before = statistics.projections;
   cascade.begin(method);
   (prover.*step)(cell, cascade.visible(), cascade.open(), statistics, evidence);
-  cascade.credit(Method::kImproved, prover.improved_objects(), prover.improved_tests());
-  const std::uint32_t projections = statistics.projections - before.projections;
-  double nominal_ms = projections * kPrices.projection +
-                      (statistics.box_tests - before.box_tests) * kPrices.box_test;
+  cascade.works_on(prover.maps_used());
+  cascade.credit(Method::kImproved, prover.improved_objects(), prover.improved_tests(),
+                 prover.improved_ms());
+  const std::uint32_t projections = statistics.projections - before;
+  double nominal_ms =
+      projections * kPrices.projection + (statistics.box_tests - tests_before) * kPrices.box_test;
   for (const OcclusionMap& map : prover.maps())
     nominal_ms += kPrices.map_pixel * map.plane().resolution_px * map.plane().resolution_px;
   cascade.end(seen(), projections, nominal_ms);
@@ -191,14 +194,15 @@ void Evaluator::State::prove_by_sweep(const Cell& cell, Cascade& cascade, Eviden
   if (evidence != nullptr && cascade.open().contains(evidence->object))
     evidence->method = Method::kSweep;
   CellStatistics& statistics = cascade.statistics();
-  const CellStatistics before = statistics;
+  const std::uint32_t tests_before = statistics.box_tests, before = statistics.projections;
   cascade.begin(Method::kSweep);
   sweep->run(cell, cascade.visible(), cascade.open(), statistics, evidence);
-  const std::uint32_t projections = statistics.projections - before.projections;
+  cascade.works_on(sweep->maps_used());
+  const std::uint32_t projections = statistics.projections - before;
   cascade.end(seen(), projections,
               projections * kPrices.projection +
-                  (statistics.box_tests - before.box_tests) * kPrices.box_test +
-                  (statistics.planes - before.planes) * kPrices.sweep_plane);
+                  (statistics.box_tests - tests_before) * kPrices.box_test +
+                  sweep->maps_used().planes * kPrices.sweep_plane);
 }
 
 void Evaluator::State::prove_by_shafts(const Cell& cell, Cascade& cascade, Evidence* evidence) {
@@ -250,7 +254,7 @@ void Evaluator::State::slice(ProjectionProver& prover, int splits, const Cell& c
   if (evidence != nullptr && cascade.open().contains(evidence->object))
     evidence->method = Method::kSlices;
   const std::uint64_t before = cascade.visible_triangles() - cascade.seen_triangles();
-  cascade.begin(Method::kSlices);
+  cascade.begin(Method::kSlices, prover.maps_used());
   if (!slice_frame) {
     slice_frame.emplace(cell);
     slices->begin(cell, *slice_frame, settings.near_m);
@@ -269,12 +273,14 @@ void Evaluator::State::slice(ProjectionProver& prover, int splits, const Cell& c
   if (work.pixels > 0) {
     HierarchyTest test(*scene, frame, prover.maps(), prover.by_parts());
     test.watch(evidence);
+    test.time_improved(clock);
     VisibleSet hidden = cascade.open();
     test.run(cascade.open(), splits);
     hidden.remove_all(cascade.open());
     cascade.visible().remove_all(hidden);
     box_tests = test.box_tests();
-    cascade.credit(Method::kImproved, test.improved_objects(), test.improved_tests());
+    cascade.credit(Method::kImproved, test.improved_objects(), test.improved_tests(),
+                   test.improved_ms());
   }
   cascade.statistics().box_tests += box_tests;
   cascade.end(seen(), work.segments,

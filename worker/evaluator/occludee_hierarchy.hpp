@@ -14,6 +14,7 @@
 #include "worker/evaluator/evidence.hpp"
 #include "worker/visibility/box_on_planes.hpp"
 #include "worker/visibility/improved_test.hpp"
+#include "worker/visibility/stages.hpp"
 
 namespace pvsfarm {
 
@@ -54,6 +55,10 @@ class HierarchyTest {
   // have hidden, by the same planes and parts.
   std::uint32_t improved_tests() const { return improved_tests_; }
   std::span<const ObjectId> improved_objects() const { return improved_objects_; }
+  // From now on some of those tests are timed.
+  void time_improved(CpuClock clock) { clock_ = clock; }
+  // [ms] What all of them took, judged by those timed; 0 without a clock.
+  double improved_ms() const;
 
  private:
   // Maps of one face.
@@ -62,6 +67,7 @@ class HierarchyTest {
     std::size_t first = 0;  // into maps_
   };
   bool hidden_on(std::size_t group, std::uint16_t asked, const Box& local_box, MapMask& useful);
+  std::optional<PlaneRect> ask_improved(std::size_t map, const Box& local_box);
   bool hidden(const Box& local_box, MapMask& useful);
   struct Range {
     std::size_t first, end;
@@ -91,6 +97,9 @@ class HierarchyTest {
   std::uint32_t triangles_left_ = 0;
   int splits_ = 0;
   std::uint32_t box_tests_ = 0, improved_tests_ = 0;
+  CpuClock clock_ = nullptr;
+  double timed_ms_ = 0;  // of every kTimed-th improved test
+  std::uint32_t timed_tests_ = 0;
   bool improved_helped_ = false;  // some part of what is being tested is hidden by it alone
   std::vector<ObjectId> improved_objects_;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/base/check.hpp"
+#include "worker/evaluator/maps_used.hpp"
 #include "worker/visibility/direct_raster.hpp"
 #include "worker/visibility/osmesa_raster.hpp"
 #include "worker/visibility/plane_choice.hpp"
@@ -18,8 +19,8 @@ constexpr std::size_t kBatch = 32;            // projected before any of them is
 }  // namespace
 
 ProjectionProver::ProjectionProver(const Scene& scene, const OccluderRanking& ranking,
-                                   const ProjectionEffort& effort)
-    : scene_(scene), ranking_(ranking), effort_(effort), chain_builder_(scene) {
+                                   const ProjectionEffort& effort, CpuClock clock)
+    : scene_(scene), ranking_(ranking), effort_(effort), clock_(clock), chain_builder_(scene) {
   PVS_CHECK(effort.resolution_px >= 16 && effort.resolution_px <= kMaxResolutionPx);
   PVS_CHECK(effort.first_resolution_px >= 16 && effort.first_resolution_px <= kMaxResolutionPx);
   PVS_CHECK(effort.planes_per_face >= 1 && effort.planes_per_face <= kMaxMaps / 6);
@@ -186,6 +187,7 @@ HierarchyTest ProjectionProver::test_on(const CellFrame& frame, BoxRule rule,
                                         Evidence* evidence) const {
   HierarchyTest test(scene_, frame, maps(), rule);
   test.watch(evidence);
+  test.time_improved(clock_);
   return test;
 }
 
@@ -196,8 +198,16 @@ void ProjectionProver::book(const HierarchyTest& test, VisibleSet hidden, const 
   const auto improved = test.improved_objects();
   improved_objects_.assign(improved.begin(), improved.end());
   improved_tests_ = test.improved_tests();
+  improved_ms_ = test.improved_ms();
   hidden.remove_all(open);
   visible.remove_all(hidden);
+}
+
+MapsUsed ProjectionProver::maps_used() const {
+  MapsUsed used;
+  for (const ProjectionPlane& plane : planes_) add_plane(plane, used);
+  if (effort_.pieces) used.occluders = static_cast<std::uint32_t>(occluders_.list.size());
+  return used;
 }
 
 void ProjectionProver::run(const Cell& cell, VisibleSet& visible, VisibleSet& open,
@@ -254,6 +264,7 @@ void ProjectionProver::refine(const Cell& cell, VisibleSet& visible, VisibleSet&
   const CellFrame frame(cell);
   improved_objects_.clear();
   improved_tests_ = 0;
+  improved_ms_ = 0;
   drop_hidden(visible, statistics);
   {
     StageScope stage(stages_, Stage::kPlanes);

@@ -42,7 +42,7 @@ class ProjectionProver {
  public:
   // Keeps references to both.
   ProjectionProver(const Scene& scene, const OccluderRanking& ranking,
-                   const ProjectionEffort& effort);
+                   const ProjectionEffort& effort, CpuClock clock = nullptr);
 
   // Removes from `open` the objects that no point of the cell can see. `visible` holds `open` and
   // the objects known to be seen: only what it holds is projected. What is removed from `open` is
@@ -72,6 +72,9 @@ class ProjectionProver {
   // What the last run, its end or refinement owes to the improved Projection alone.
   std::span<const ObjectId> improved_objects() const { return improved_objects_; }
   std::uint32_t improved_tests() const { return improved_tests_; }
+  double improved_ms() const { return improved_ms_; }  // of the clock, if there is one
+  // What it worked on then.
+  MapsUsed maps_used() const;
 
   // The maps of the last run or refinement, as they were at its end.
   std::span<const OcclusionMap> maps() const {
@@ -103,6 +106,7 @@ class ProjectionProver {
   const Scene& scene_;
   const OccluderRanking& ranking_;
   ProjectionEffort effort_;
+  CpuClock clock_;
   Stages* stages_ = nullptr;
   std::unique_ptr<Rasteriser> rasteriser_;
   // Kept from cell to cell so that nothing is allocated once warm.
@@ -117,6 +121,7 @@ class ProjectionProver {
   std::vector<ProjectionPlane> tried_;   // of all maps of this cell
   std::vector<ObjectId> improved_objects_;
   std::uint32_t improved_tests_ = 0;
+  double improved_ms_ = 0;
   WantedTiles wanted_;
   CoverageList coverages_;
   SurfaceChainBuilder chain_builder_;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "common/base/check.hpp"
+#include "worker/evaluator/maps_used.hpp"
 #include "worker/visibility/occludee_test.hpp"
 
 namespace pvsfarm {
@@ -298,8 +299,17 @@ void SweepProver::add_occluder(const Sweep& sweep, const Occluder& occluder,
   map.draw(coverages_);
 }
 
+MapsUsed SweepProver::maps_used() const {
+  MapsUsed used;
+  for (const CoverageBits& map : std::span(maps_).first(map_count_))
+    add_plane(map.where().plane, used);
+  return used;
+}
+
 void SweepProver::run(const Cell& cell, VisibleSet& visible, VisibleSet& open,
                       CellStatistics& statistics, Evidence* evidence) {
+  faces_.clear();
+  map_count_ = 0;
   if (open.count() == 0) return;
   const CellFrame frame(cell);
   const double reach = length(scene_.bounds().size()) + length(frame.half()) +
@@ -309,8 +319,6 @@ void SweepProver::run(const Cell& cell, VisibleSet& visible, VisibleSet& open,
   const Sweep sweep{frame, extent, ground_depth, open, statistics, evidence};
   VisibleSet hidden = open;
   if (!tree_) tree_.emplace(scene_);
-  faces_.clear();
-  map_count_ = 0;
   for (const Face face : kFaces) {
     const double nearest_side =
         face.sign > 0 ? extent.highest_lo[face.axis] : -extent.lowest_hi[face.axis];

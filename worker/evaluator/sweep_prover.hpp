@@ -45,6 +45,8 @@ class SweepProver {
   // and on those before them is too much to tell.
   void run(const Cell& cell, VisibleSet& visible, VisibleSet& open, CellStatistics& statistics,
            Evidence* evidence = nullptr);
+  // What it worked on last.
+  MapsUsed maps_used() const;
 
  private:
   // What all faces of a cell share.

@@ -129,7 +129,8 @@ ExplainFinding Explainer::explain(const ExplainQuestion& question) {
   Evidence evidence{.object = question.object};
   const CellDelta delta =
       s.evaluator.evaluate(question.key, question.cell, question.parent, &evidence);
-  ExplainFinding finding{.method = evidence.method, .visible = question.parent};
+  ExplainFinding finding{
+      .method = evidence.method, .visible = question.parent, .rounds = delta.statistics.rounds};
   finding.visible.remove_all(delta.hidden);
 
   if (delta.hidden.contains(question.object)) {
